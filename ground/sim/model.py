@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The words between the plant (world, body, sensors) and the firmware side of the simulator.
+
+Setpoint and Readings have the fields of sim_port_setpoint_t and sim_port_sensors_t in
+firmware_app/host/sim_port.h, in the firmware's units. Truth is what only a simulator knows.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+RANGE_NONE_MM = 32767
+"""What the Multi-ranger driver publishes when a sensor has no valid measurement."""
+
+
+class Mode(IntEnum):
+    """How one axis of a setpoint is meant, as stab_mode_t in stabilizer_types.h."""
+
+    OFF = 0
+    ABSOLUTE = 1
+    VELOCITY = 2
+
+
+@dataclass(slots=True)
+class Setpoint:
+    """What the stabilizer shall fly now; a fresh one means motors off.
+
+    Pitch is nose up positive, yaw and yaw rate are counter-clockwise positive.
+    """
+
+    mode_x: int = Mode.OFF
+    mode_y: int = Mode.OFF
+    mode_z: int = Mode.OFF
+    mode_roll: int = Mode.OFF
+    mode_pitch: int = Mode.OFF
+    mode_yaw: int = Mode.OFF
+    velocity_body: bool = False
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: float = 0.0
+    vx_mps: float = 0.0
+    vy_mps: float = 0.0
+    vz_mps: float = 0.0
+    roll_deg: float = 0.0
+    pitch_deg: float = 0.0
+    yaw_deg: float = 0.0
+    yaw_rate_dps: float = 0.0
+    thrust: float = 0.0
+    age_ms: int = 0
+    priority: int = 0
+
+
+@dataclass(slots=True)
+class Readings:
+    """What the firmware's sensors and estimator say now; the frame is the estimator's.
+
+    supervisor_info is not measured; whoever simulates the supervisor writes it.
+    """
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: float = 0.0
+    vx_mps: float = 0.0
+    vy_mps: float = 0.0
+    vz_mps: float = 0.0
+    ax_g: float = 0.0
+    ay_g: float = 0.0
+    az_g: float = 0.0
+    roll_deg: float = 0.0
+    pitch_deg: float = 0.0
+    yaw_deg: float = 0.0
+    gyro_dps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    var_position_m2: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    range_mm: tuple[int, int, int, int, int] = (0, 0, 0, 0, 0)
+    zrange_mm: int = 0
+    battery_v: float = 4.2
+    battery_percent: int = 90
+    battery_state: int = 0
+    supervisor_info: int = 0
+    motion_quality: int = 0
+    motion_dx: int = 0
+    motion_dy: int = 0
+    motor_thrust: float = 0.0
+    motor_pwm: tuple[int, int, int, int] = (0, 0, 0, 0)
+
+
+@dataclass(slots=True)
+class Truth:
+    """Where the body really is, in the world frame; pitch is nose up positive."""
+
+    time_s: float = 0.0
+    position_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    velocity_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    roll_rad: float = 0.0
+    pitch_rad: float = 0.0
+    yaw_rad: float = 0.0

@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the firmware's estimator makes of flow, gyro and height ranger: an estimate that drifts.
+
+A model of the errors of the result, not a Kalman filter. Flow over-reads by a scale that differs
+per flight and wanders, with a slow velocity bias; the gyro has a bias; height is the distance to
+whatever is below. The profile "real" follows flights with motion capture (scale 2-12 %, yaw
+0.01-0.1 deg/s); errors grow on poor floor texture and without flow. Nothing drifts on the ground.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ground.sim.controller import CONTROL_STEP_S
+from ground.sim.noise import Noise, Wander
+from ground.sim.vehicle import GRAVITY_MPS2, Vehicle
+
+FLOW_MIN_QUALITY: Final = 0.1
+HEIGHT_GAIN: Final = 0.12
+CLIMB_GAIN: Final = 0.4
+VARIANCE_START_M2: Final = 0.1
+VARIANCE_FLOOR_M2: Final = 1e-4
+VARIANCE_TAU_S: Final = 0.35
+VARIANCE_LOST_RATE: Final = 0.02
+VARIANCE_MAX_M2: Final = 100.0
+_RECOVER_S: Final = 0.3
+_STEP_S: Final = CONTROL_STEP_S
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """How wrong the estimate gets; the ranges are drawn from once a flight."""
+
+    scale: tuple[float, float]
+    scale_either_sign: bool
+    anisotropy: float
+    scale_wander: float
+    yaw_bias_dps: tuple[float, float]
+    gyro_scale: float
+    yaw_walk_dps: float
+    velocity_bias_mps: float
+    walk_mps: float
+    velocity_noise_mps: float
+    tilt_error_deg: float
+
+
+def _profile(
+    scale: tuple[float, float],
+    either_sign: bool,
+    anisotropy: float,
+    wander: float,
+    yaw_bias_dps: tuple[float, float],
+) -> Profile:
+    return Profile(
+        scale,
+        either_sign,
+        anisotropy,
+        wander,
+        yaw_bias_dps,
+        gyro_scale=0.004,
+        yaw_walk_dps=0.03,
+        velocity_bias_mps=0.008,
+        walk_mps=0.006,
+        velocity_noise_mps=0.01,
+        tilt_error_deg=0.3,
+    )
+
+
+PROFILES: Final = {
+    "real": _profile((0.02, 0.12), False, 0.02, 0.035, (0.01, 0.1)),
+    "low": _profile((0.01, 0.03), True, 0.0, 0.01, (0.02, 0.1)),
+    "hard": _profile((0.02, 0.04), True, 0.0, 0.01, (0.1, 0.5)),
+    "perfect": Profile((0.0, 0.0), False, 0.0, 0.0, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+}
+
+
+class Estimator:
+    """Estimated pose in the frame that the last reset defined; stepped every CONTROL_STEP_S."""
+
+    def __init__(self, profile: Profile, rng: np.random.Generator) -> None:
+        noise = Noise(rng)
+        scale = rng.uniform(*profile.scale)
+        if profile.scale_either_sign:
+            scale *= rng.choice((-1.0, 1.0))
+        skew = profile.anisotropy * noise.normal()
+        self._noise, self._profile = noise, profile
+        self._scale_x, self._scale_y = 1.0 + scale + skew, 1.0 + scale - skew
+        self._wander_x = Wander(noise, profile.scale_wander, 12.0, _STEP_S)
+        self._wander_y = Wander(noise, profile.scale_wander, 12.0, _STEP_S)
+        self._bias_x = Wander(noise, profile.velocity_bias_mps, 10.0, _STEP_S)
+        self._bias_y = Wander(noise, profile.velocity_bias_mps, 10.0, _STEP_S)
+        bias_dps = float(rng.uniform(*profile.yaw_bias_dps) * rng.choice((-1.0, 1.0)))
+        self._yaw_bias_rps = math.radians(bias_dps)
+        self._yaw_wander = Wander(noise, 0.25 * abs(self._yaw_bias_rps), 60.0, _STEP_S)
+        self._yaw_walk = math.radians(profile.yaw_walk_dps) * math.sqrt(_STEP_S)
+        self._yaw_scale = 1.0 + profile.gyro_scale * noise.normal()
+        tilt_rad = math.radians(profile.tilt_error_deg)
+        self._roll_error = Wander(noise, tilt_rad, 20.0, _STEP_S)
+        self._pitch_error = Wander(noise, tilt_rad, 20.0, _STEP_S)
+        self._lost_x_mps = self._lost_y_mps = 0.0
+        self.roll_error_rad = self.pitch_error_rad = 0.0
+        self.reset(0.0, 0.0, 0.0, 0.0)
+
+    def reset(self, x_m: float, y_m: float, z_m: float, yaw_rad: float) -> None:
+        """Start anew at this pose, unsure."""
+        self.x_m, self.y_m, self.z_m, self.yaw_rad = x_m, y_m, z_m, yaw_rad
+        self.vx_mps = self.vy_mps = self.vz_mps = 0.0
+        self.variance_m2 = VARIANCE_START_M2
+
+    def step(self, body: Vehicle, height_m: float | None, flow_quality: float) -> None:
+        """Take the body's motion; height_m is a new measurement of the height ranger."""
+        lost = flow_quality < FLOW_MIN_QUALITY and not body.on_floor
+        self._step_variance(lost, max(flow_quality, FLOW_MIN_QUALITY))
+        self._step_height(body, height_m)
+        if body.on_floor:
+            self._rest(body)
+            return
+        self.roll_error_rad = self._roll_error.step()
+        self.pitch_error_rad = self._pitch_error.step()
+        turn_rps = body.yaw_rps * self._yaw_scale + self._yaw_bias_rps + self._yaw_wander.step()
+        self.yaw_rad += turn_rps * _STEP_S + self._yaw_walk * self._noise.normal()
+        self._step_lost(lost)
+        self._step_plane(body, 1.0 / max(flow_quality, FLOW_MIN_QUALITY))
+
+    def _rest(self, body: Vehicle) -> None:
+        """On the ground nothing drifts, and flow sees hardly anything."""
+        self.yaw_rad += body.yaw_rps * _STEP_S
+        turn_rad = self.yaw_rad - body.yaw_rad
+        c, s = math.cos(turn_rad), math.sin(turn_rad)
+        self.vx_mps = c * body.vx_mps - s * body.vy_mps
+        self.vy_mps = s * body.vx_mps + c * body.vy_mps
+        self.x_m += self.vx_mps * _STEP_S
+        self.y_m += self.vy_mps * _STEP_S
+        self._lost_x_mps = self._lost_y_mps = 0.0
+
+    def _step_variance(self, lost: bool, quality: float) -> None:
+        if lost:
+            grown = self.variance_m2 + VARIANCE_LOST_RATE * _STEP_S
+            self.variance_m2 = min(grown, VARIANCE_MAX_M2)
+        else:
+            settled = VARIANCE_FLOOR_M2 / (quality * quality)
+            self.variance_m2 += (settled - self.variance_m2) * _STEP_S / VARIANCE_TAU_S
+
+    def _step_height(self, body: Vehicle, height_m: float | None) -> None:
+        """The accelerometer carries the climb, the ranger pulls the height to what is below."""
+        self.vz_mps += (body.az_mps2 + 2.0 * (body.vz_mps - self.vz_mps)) * _STEP_S
+        self.z_m += self.vz_mps * _STEP_S
+        if height_m is not None:
+            gap_m = height_m - self.z_m
+            self.z_m += HEIGHT_GAIN * gap_m
+            self.vz_mps += CLIMB_GAIN * gap_m
+
+    def _step_lost(self, lost: bool) -> None:
+        """Without flow the tilt error is integrated as if it were acceleration."""
+        if lost:
+            self._lost_x_mps += self.pitch_error_rad * GRAVITY_MPS2 * _STEP_S
+            self._lost_y_mps += self.roll_error_rad * GRAVITY_MPS2 * _STEP_S
+        else:
+            self._lost_x_mps -= self._lost_x_mps * _STEP_S / _RECOVER_S
+            self._lost_y_mps -= self._lost_y_mps * _STEP_S / _RECOVER_S
+
+    def _step_plane(self, body: Vehicle, worse: float) -> None:
+        c, s = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
+        forward = c * body.vx_mps + s * body.vy_mps
+        left = c * body.vy_mps - s * body.vx_mps
+        profile, noise = self._profile, self._noise
+        scale_x = self._scale_x + self._wander_x.step() * worse
+        scale_y = self._scale_y + self._wander_y.step() * worse
+        forward = forward * scale_x + self._bias_x.step() * worse + self._lost_x_mps
+        left = left * scale_y + self._bias_y.step() * worse + self._lost_y_mps
+        walk = profile.walk_mps * worse / math.sqrt(_STEP_S)
+        c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        jitter = profile.velocity_noise_mps
+        self.vx_mps = c * forward - s * left + jitter * noise.normal()
+        self.vy_mps = s * forward + c * left + jitter * noise.normal()
+        forward += walk * noise.normal()
+        left += walk * noise.normal()
+        self.x_m += (c * forward - s * left) * _STEP_S
+        self.y_m += (s * forward + c * left) * _STEP_S

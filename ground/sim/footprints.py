@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The plan view of all obstacles of a world: where they are at a time, how far away they are."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground.sim.worldspec import Motion, Obstacle, Point
+
+Array = NDArray[np.float64]
+
+
+def position_m(obstacle: Obstacle, time_s: float) -> Point:
+    """Centre of the obstacle at that time."""
+    motion = obstacle.motion
+    if motion is None or time_s <= motion.start_s:
+        return obstacle.center_m
+    stops = _stops(obstacle, motion)
+    travelled_m = (time_s - motion.start_s) * motion.speed_mps
+    if motion.loop:
+        travelled_m %= sum(math.dist(a, b) for a, b in pairwise(stops))
+    for a, b in pairwise(stops):
+        leg_m = math.dist(a, b)
+        if travelled_m < leg_m:
+            part = travelled_m / leg_m
+            return a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])
+        travelled_m -= leg_m
+    return stops[-1]
+
+
+def _stops(obstacle: Obstacle, motion: Motion) -> tuple[Point, ...]:
+    way = (obstacle.center_m, *motion.path_m)
+    return (*way, obstacle.center_m) if motion.loop else way
+
+
+class Footprints:
+    """Rectangles and discs as arrays, one row an obstacle; moves with time.
+
+    changes counts every appearing and vanishing, so that who remembers a distance knows when to
+    forget it.
+    """
+
+    def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
+        self.obstacles = obstacles
+        self.center_m = np.array([o.center_m for o in obstacles], float).reshape(-1, 2)
+        self.velocity_mps = np.zeros_like(self.center_m)
+        self.present = np.ones(len(obstacles), bool)
+        self.bottom_m = np.array([o.bottom_m for o in obstacles])
+        self.top_m = np.array([o.top_m for o in obstacles])
+        self.changes = 0
+        self.fastest_mps = max((o.motion.speed_mps for o in obstacles if o.motion), default=0.0)
+        self._radius_m = np.array([o.radius_m for o in obstacles])
+        half = np.array([o.half_m for o in obstacles], float).reshape(-1, 2)
+        self._half_m = np.where(self._radius_m[:, None] > 0, 0.0, half)
+        yaw = np.array([o.yaw_rad for o in obstacles])
+        self._cos, self._sin = np.cos(yaw), np.sin(yaw)
+        self._dynamic = [i for i, o in enumerate(obstacles) if o.changes]
+        self._time_s = 0.0
+        self.move_to(0.0)
+
+    def move_to(self, time_s: float) -> list[int]:
+        """Put everything where it is at that time; return the rows that may have changed."""
+        elapsed_s = time_s - self._time_s
+        self._time_s = time_s
+        for i in self._dynamic:
+            obstacle = self.obstacles[i]
+            present = obstacle.appears_s <= time_s < obstacle.vanishes_s
+            if present != self.present[i]:
+                self.present[i] = present
+                self.changes += 1
+            if obstacle.motion:
+                center = position_m(obstacle, time_s)
+                if elapsed_s > 0:
+                    self.velocity_mps[i] = (center - self.center_m[i]) / elapsed_s
+                self.center_m[i] = center
+        return self._dynamic
+
+    def signed_m(self, x_m: float, y_m: float) -> Array:
+        """Plan distance of a point to each outline, negative inside; inf where absent."""
+        dx = x_m - self.center_m[:, 0]
+        dy = y_m - self.center_m[:, 1]
+        u = np.abs(self._cos * dx + self._sin * dy) - self._half_m[:, 0]
+        v = np.abs(self._cos * dy - self._sin * dx) - self._half_m[:, 1]
+        outside = np.hypot(np.maximum(u, 0.0), np.maximum(v, 0.0))
+        signed = outside + np.minimum(np.maximum(u, v), 0.0) - self._radius_m
+        return np.where(self.present, signed, np.inf)
+
+    def normal(self, row: int, x_m: float, y_m: float) -> Point:
+        """Unit direction from outline row towards the point, pointing out of it."""
+        step_m = 1e-4
+        d = [
+            self.signed_m(x, y)[row]
+            for x, y in (
+                (x_m + step_m, y_m),
+                (x_m - step_m, y_m),
+                (x_m, y_m + step_m),
+                (x_m, y_m - step_m),
+            )
+        ]
+        nx, ny = float(d[0] - d[1]), float(d[2] - d[3])
+        length = math.hypot(nx, ny)
+        return (nx / length, ny / length) if length > 0 else (1.0, 0.0)
+
+    def surface_distance_m(self, points_m: Array, height_m: float) -> Array:
+        """Distance of each point (N x 2) to the nearest outline that exists at that height."""
+        rows = np.flatnonzero(self.present & (self.bottom_m < height_m) & (height_m < self.top_m))
+        nearest = np.full(len(points_m), np.inf)
+        for i in rows:
+            dx, dy = (points_m - self.center_m[i]).T
+            u = np.abs(self._cos[i] * dx + self._sin[i] * dy) - self._half_m[i, 0]
+            v = np.abs(self._cos[i] * dy - self._sin[i] * dx) - self._half_m[i, 1]
+            outside = np.hypot(np.maximum(u, 0.0), np.maximum(v, 0.0))
+            signed = outside + np.minimum(np.maximum(u, v), 0.0) - self._radius_m[i]
+            np.minimum(nearest, np.abs(signed), out=nearest)
+        return nearest

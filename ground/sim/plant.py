@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One simulated Crazyflie in one world: setpoints in, readings and truth out."""
+
+from typing import Final
+
+import numpy as np
+
+from ground.sim.battery import Battery
+from ground.sim.contacts import Collision, Contacts
+from ground.sim.controller import CONTROL_STEP_S, Controller
+from ground.sim.estimator import PROFILES
+from ground.sim.model import Readings, Setpoint, Truth
+from ground.sim.sensors import Faults, Sensors
+from ground.sim.vehicle import HOVER_THRUST, Vehicle
+from ground.sim.world import World
+
+PLANT_STEP_S: Final = CONTROL_STEP_S
+
+
+class Plant:
+    """Body and sensors of one Crazyflie; steps of PLANT_STEP_S, same seed, same flight.
+
+    readings.supervisor_info belongs to whoever simulates the supervisor. The world's clock is the
+    plant's; a world serves one plant.
+    """
+
+    def __init__(self, world: World, seed: int, profile: str = "real") -> None:
+        if profile not in PROFILES:
+            raise ValueError(f"profile {profile!r} is none of {', '.join(PROFILES)}")
+        body_rng, sensor_rng = np.random.default_rng(seed).spawn(2)
+        (x_m, y_m), yaw_rad = world.spec.start_m, world.spec.start_yaw_rad
+        self.truth = Truth()
+        self._world = world
+        self._steps = 0
+        self._vehicle = Vehicle(x_m, y_m, yaw_rad, body_rng)
+        self._controller = Controller()
+        self._contacts = Contacts(world, self._vehicle)
+        self._battery = Battery()
+        self._sensors = Sensors(world, profile, sensor_rng)
+        world.set_time(0.0)
+        self._write_truth()
+
+    @property
+    def time_s(self) -> float:
+        return self._steps * PLANT_STEP_S
+
+    @property
+    def readings(self) -> Readings:
+        """The same object for ever, updated by step()."""
+        return self._sensors.readings
+
+    @property
+    def faults(self) -> Faults:
+        return self._sensors.faults
+
+    @property
+    def collisions(self) -> int:
+        return len(self._contacts.collisions)
+
+    @property
+    def collision_log(self) -> tuple[Collision, ...]:
+        return tuple(self._contacts.collisions)
+
+    @property
+    def tumbled(self) -> bool:
+        return self._vehicle.tumbled
+
+    @property
+    def on_floor(self) -> bool:
+        return self._vehicle.on_floor
+
+    def step(self, setpoint: Setpoint, armed: bool) -> None:
+        """Let PLANT_STEP_S pass under this setpoint."""
+        vehicle, estimate = self._vehicle, self._sensors.estimator
+        command = self._controller.update(setpoint, self.readings, armed)
+        command.roll_rad -= estimate.roll_error_rad
+        command.pitch_rad -= estimate.pitch_error_rad
+        yaw_error_rad = command.yaw_rad - estimate.yaw_rad
+        vehicle.step(command, yaw_error_rad, self._battery.voltage_v)
+        self._steps += 1
+        self._world.set_time(self.time_s)
+        self._contacts.step(self.time_s, PLANT_STEP_S)
+        self._battery.step(command.thrust / HOVER_THRUST, PLANT_STEP_S)
+        self._sensors.step(vehicle, command, self._battery)
+        self._write_truth()
+
+    def reset_estimator(self, x_m: float, y_m: float, z_m: float, yaw_rad: float) -> None:
+        """Do what kalman.resetEstimation does: the estimate starts anew at this pose."""
+        self._sensors.estimator.reset(x_m, y_m, z_m, yaw_rad)
+
+    def _write_truth(self) -> None:
+        truth, body = self.truth, self._vehicle
+        truth.time_s = self.time_s
+        truth.position_m = (body.x_m, body.y_m, body.z_m)
+        truth.velocity_mps = (body.vx_mps, body.vy_mps, body.vz_mps)
+        truth.roll_rad, truth.pitch_rad = body.roll_rad, body.pitch_rad
+        truth.yaw_rad = body.yaw_rad

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All sensors of the body, at their own rates and delays, into one Readings."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ground.sim.battery import Battery
+from ground.sim.controller import CONTROL_STEP_S, Command
+from ground.sim.estimator import PROFILES, Estimator
+from ground.sim.model import RANGE_NONE_MM, Readings
+from ground.sim.noise import Noise
+from ground.sim.ranger import HeightRanger, MultiRanger
+from ground.sim.vehicle import GRAVITY_MPS2, Vehicle
+from ground.sim.world import World
+
+RANGE_PERIOD_STEPS: Final = 10
+"""The Multi-ranger task publishes every 100 ms ..."""
+RANGE_AGE_STEPS: Final = (7, 9)
+"""... what was measured that many steps before, first and last, give or take the skew."""
+HEIGHT_PERIOD_S: Final = 0.025
+FLOW_COUNTS_PER_RAD: Final = 10.0 * 30.0 / 0.71674
+GYRO_NOISE_DPS: Final = 0.1
+
+
+@dataclass(slots=True)
+class Faults:
+    """What is broken now; set from outside at any time."""
+
+    ranges_frozen: bool = False
+    dead_beams: frozenset[int] = frozenset()
+    flow_lost: bool = False
+
+
+class Sensors:
+    """Reads one body in one world; stepped every CONTROL_STEP_S, after the body."""
+
+    def __init__(self, world: World, profile: str, rng: np.random.Generator) -> None:
+        parts = rng.spawn(5)
+        self.readings = Readings()
+        self.faults = Faults()
+        self.estimator = Estimator(PROFILES[profile], parts[0])
+        self._world = world
+        self._ranger = MultiRanger(world, parts[1])
+        self._height = HeightRanger(world, parts[2])
+        self._noise = Noise(parts[3])
+        self._rng = parts[4]
+        self._step = int(self._rng.integers(RANGE_PERIOD_STEPS))
+        self._measure_at = 0
+        self._pending: tuple[int, ...] | None = None
+        self._height_due_s = 0.0
+        self._quality = 0.0
+
+    def step(self, body: Vehicle, command: Command, battery: Battery) -> None:
+        """Bring the readings up to now."""
+        self._step_ranges(body)
+        height_m = self._step_height(body)
+        self._quality = self._flow_quality(body)
+        self.estimator.step(body, height_m, self._quality)
+        self._write_estimate()
+        self._write_inertial(body)
+        self._write_flow(body)
+        self._write_power(command, battery)
+
+    def _step_ranges(self, body: Vehicle) -> None:
+        """Publish the set of this period and choose when to measure the next."""
+        phase = self._step % RANGE_PERIOD_STEPS
+        self._step += 1
+        if phase == 0:
+            if self._pending is not None and not self.faults.ranges_frozen:
+                front, back, left, right, up = (
+                    RANGE_NONE_MM if beam in self.faults.dead_beams else range_mm
+                    for beam, range_mm in enumerate(self._pending)
+                )
+                self.readings.range_mm = (front, back, left, right, up)
+            first, last = RANGE_AGE_STEPS
+            self._measure_at = RANGE_PERIOD_STEPS - int(self._rng.integers(first, last + 1))
+        elif phase == self._measure_at:
+            self._pending = self._ranger.measure(body)
+
+    def _step_height(self, body: Vehicle) -> float | None:
+        self._height_due_s -= CONTROL_STEP_S
+        if self._height_due_s > 0.0:
+            return None
+        self._height_due_s += HEIGHT_PERIOD_S
+        slant_m = self._height.measure_m(body)
+        self.readings.zrange_mm = RANGE_NONE_MM if slant_m is None else round(1000.0 * slant_m)
+        if slant_m is None:
+            return None
+        return slant_m * math.cos(body.roll_rad) * math.cos(body.pitch_rad)
+
+    def _flow_quality(self, body: Vehicle) -> float:
+        if self.faults.flow_lost or body.tumbled:
+            return 0.0
+        return self._world.floor_quality(body.x_m, body.y_m)
+
+    def _write_estimate(self) -> None:
+        readings, estimate = self.readings, self.estimator
+        readings.x_m, readings.y_m, readings.z_m = estimate.x_m, estimate.y_m, estimate.z_m
+        readings.vx_mps, readings.vy_mps = estimate.vx_mps, estimate.vy_mps
+        readings.vz_mps = estimate.vz_mps
+        readings.yaw_deg = math.degrees(math.remainder(estimate.yaw_rad, math.tau))
+        readings.var_position_m2 = (estimate.variance_m2,) * 3
+
+    def _write_inertial(self, body: Vehicle) -> None:
+        readings, estimate, normal = self.readings, self.estimator, self._noise.normal
+        turn_rad = estimate.yaw_rad - body.yaw_rad
+        c, s = math.cos(turn_rad), math.sin(turn_rad)
+        readings.ax_g = (c * body.ax_mps2 - s * body.ay_mps2) / GRAVITY_MPS2
+        readings.ay_g = (s * body.ax_mps2 + c * body.ay_mps2) / GRAVITY_MPS2
+        readings.az_g = body.az_mps2 / GRAVITY_MPS2
+        roll_rad = body.roll_rad + estimate.roll_error_rad
+        readings.roll_deg = math.degrees(math.remainder(roll_rad, math.tau))
+        readings.pitch_deg = math.degrees(body.pitch_rad + estimate.pitch_error_rad)
+        readings.gyro_dps = (
+            math.degrees(body.roll_rps) + GYRO_NOISE_DPS * normal(),
+            -math.degrees(body.pitch_rps) + GYRO_NOISE_DPS * normal(),
+            math.degrees(body.yaw_rps) + GYRO_NOISE_DPS * normal(),
+        )
+
+    def _write_flow(self, body: Vehicle) -> None:
+        """Raw motion of the flow sensor, in tenths of pixels a step."""
+        readings = self.readings
+        c, s = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
+        scale = FLOW_COUNTS_PER_RAD * CONTROL_STEP_S if self._quality > 0.0 else 0.0
+        height_m = max(body.z_m - body.floor_m, 0.1)
+        forward = (c * body.vx_mps + s * body.vy_mps) / height_m + body.pitch_rps
+        left = (c * body.vy_mps - s * body.vx_mps) / height_m + body.roll_rps
+        readings.motion_dx, readings.motion_dy = round(scale * forward), round(scale * left)
+        near = min(1.0, 1.5 / max(height_m, 1.5))
+        readings.motion_quality = round(100.0 * self._quality * near)
+
+    def _write_power(self, command: Command, battery: Battery) -> None:
+        readings = self.readings
+        readings.battery_v = battery.voltage_v
+        readings.battery_percent = battery.percent
+        readings.battery_state = battery.state
+        readings.motor_thrust = command.thrust
+        readings.motor_pwm = (round(command.thrust),) * 4

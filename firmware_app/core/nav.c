@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma GCC optimize("fp-contract=off")
+#include "nav.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "nav_parts.h"
+
+enum { CLEARANCE_ROWS_PER_TICK = 24 };
+
+static const float JUMP_M = 0.5f;          ///< in one tick: no drone does that, an estimator reset does
+static const float MAPPING_HEIGHT_M = 0.2f; ///< lower, the beams see the floor
+static const float ODOMETRY_MAX_M = 1000.0f;
+
+void nav_init(nav_t *nav, const nav_config_t *cfg) {
+  memset(nav, 0, sizeof *nav);
+  nav->cfg = *cfg;
+  mission_init(&nav->mission);
+  scan_init(&nav->scan, &cfg->scan);
+  guard_init(&nav->guard);
+  mapstream_init(&nav->stream);
+  slam_init(&nav->slam, (pose2_t){0.0f, 0.0f, 0.0f}, (pose2_t){0.0f, 0.0f, 0.0f});
+  nav_make_map(nav);
+}
+
+void nav_make_clearance(nav_t *nav) {
+  clearance_init(&nav->clearance, &nav->grid, nav->cfg.clearance_m, nav->cfg.area_min_m, nav->cfg.area_max_m);
+}
+
+void nav_make_map(nav_t *nav) {
+  vec2_t centre_m = vec2_scale(vec2_add(nav->cfg.area_min_m, nav->cfg.area_max_m), 0.5f);
+  grid_init(&nav->grid, &nav->cfg.grid, centre_m, nav->cfg.cell_m);
+  nav_make_clearance(nav);
+  nav->route.count = 0;
+  nav->epoch = (uint8_t)((nav->epoch + 1u) % WIRE_MAP_EPOCHS);
+  nav_resend_map(nav);
+}
+
+static bool odometry_usable(const scan_odometry_t *odometry) {
+  float sum = fabsf(odometry->pose.x_m) + fabsf(odometry->pose.y_m) + fabsf(odometry->pose.yaw_rad) +
+              fabsf(odometry->height_m) + fabsf(odometry->roll_rad) + fabsf(odometry->pitch_rad);
+  return sum < ODOMETRY_MAX_M;
+}
+
+/** Take the input, with what is not finite replaced by what was known before. */
+static void take_input(nav_t *nav, const nav_input_t *input) {
+  nav_input_t before = nav->input;
+  uint32_t elapsed_ms = input->odometry.time_ms - before.odometry.time_ms;
+  nav->tick_s = geometry_clamp((float)elapsed_ms, 1.0f, 100.0f) * 0.001f;
+  nav->input = *input;
+  if (odometry_usable(&input->odometry)) {
+    nav->estimate_good_ms = input->odometry.time_ms;
+  } else {
+    nav->input.odometry = before.odometry;
+    nav->input.odometry.time_ms = input->odometry.time_ms;
+    nav->input.flags &= (uint8_t)~NAV_ESTIMATOR_SETTLED;
+  }
+  if (!(vec2_norm(input->velocity_mps) < ODOMETRY_MAX_M)) {
+    nav->input.velocity_mps = (vec2_t){0.0f, 0.0f};
+  }
+  if (!geometry_is_finite(input->battery_v)) {
+    nav->input.battery_v = before.battery_v;
+  }
+  nav->input.odometry.pose.yaw_rad = geometry_wrap_rad(nav->input.odometry.pose.yaw_rad);
+}
+
+/** Keep the odometry frame tied to the map: on the ground through estimator resets; before the first take-off the map
+ *  begins wherever the drone stands. */
+static void tie_frames(nav_t *nav, pose2_t odometry_before) {
+  pose2_t odometry = nav->input.odometry.pose;
+  vec2_t moved = vec2_sub(pose2_position(odometry), pose2_position(odometry_before));
+  bool jumped = vec2_norm(moved) > JUMP_M;
+  if (!nav->mapped) {
+    slam_init(&nav->slam, odometry, (pose2_t){0.0f, 0.0f, 0.0f});
+  } else if (jumped && mission_airborne(nav->mission.state)) {
+    nav_fault(nav, MISSION_ESTIMATOR);
+    slam_init(&nav->slam, odometry, nav->pose);
+    nav_apply(nav, MISSION_EV_LAND);
+  } else if (jumped) {
+    slam_init(&nav->slam, odometry, nav->pose);
+  }
+  nav->pose = slam_to_map(&nav->slam, odometry);
+}
+
+static bool may_map(const nav_t *nav) {
+  return nav->mapped && mission_airborne(nav->mission.state) && nav->input.odometry.height_m > MAPPING_HEIGHT_M;
+}
+
+static void report(nav_t *nav) {
+  nav->status.pose = nav->pose;
+  nav->status.goal_m = nav->goal_m;
+  nav->status.path_m = route_length_m(&nav->route);
+  nav->status.known_cells = nav->grid.known;
+  nav->status.confidence = nav->slam.confidence;
+  nav->status.state = (uint8_t)nav->mission.state;
+  nav->status.fault = (uint8_t)nav->mission.fault;
+  nav->status.task = (uint8_t)nav->mission.task;
+}
+
+nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
+  pose2_t odometry_before = nav->input.odometry.pose;
+  take_input(nav, input);
+  tie_frames(nav, odometry_before);
+
+  scan_frame_t frame;
+  bool fresh = scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_map(nav);
+  if (fresh) {
+    slam_update(&nav->slam, &nav->grid, &frame);
+    grid_insert(&nav->grid, &frame, slam_to_map(&nav->slam, frame.pose));
+    clearance_mark(&nav->clearance, &nav->grid);
+  }
+  clearance_refresh(&nav->clearance, &nav->grid, CLEARANCE_ROWS_PER_TICK);
+  nav->pose = slam_to_map(&nav->slam, nav->input.odometry.pose);
+
+  nav_watch(nav);
+  nav_plan_step(nav);
+  nav_setpoint_t setpoint = nav_move(nav, fresh);
+  report(nav);
+  return setpoint;
+}
+
+void nav_emit(nav_t *nav, wire_event_code_t code, uint8_t argument, vec2_t place_m) {
+  if (nav->event_count == NAV_EVENTS) {
+    nav->event_first = (uint8_t)((nav->event_first + 1u) % NAV_EVENTS);
+    nav->event_count--;
+  }
+  nav->events[(nav->event_first + nav->event_count) % NAV_EVENTS] = (wire_event_t){
+      .sequence = nav->event_sequence++,
+      .time_ms = nav->input.odometry.time_ms,
+      .code = (uint8_t)code,
+      .argument = argument,
+      .place_m = place_m,
+  };
+  nav->event_count++;
+}
+
+bool nav_take_event(nav_t *nav, wire_event_t *event) {
+  if (nav->event_count == 0) {
+    return false;
+  }
+  *event = nav->events[nav->event_first];
+  nav->event_first = (uint8_t)((nav->event_first + 1u) % NAV_EVENTS);
+  nav->event_count--;
+  return true;
+}
+
+wire_hello_t nav_hello(const nav_t *nav) {
+  return (wire_hello_t){
+      .request = 0,
+      .capabilities = WIRE_CAP_RRTSTAR | WIRE_CAP_GRID_SEARCH | WIRE_CAP_EXPLORE,
+      .epoch = nav->epoch,
+      .cell_mm = (uint16_t)(nav->grid.cell_m * 1000.0f + 0.5f),
+      .side_cells = GRID_SIDE_CELLS,
+      .origin_m = nav->grid.origin_m,
+  };
+}
+
+void nav_next_map_piece(nav_t *nav, uint8_t *bytes) {
+  mapstream_next(&nav->stream, &nav->grid, nav->epoch, bytes);
+}
+
+void nav_resend_map(nav_t *nav) { memset(nav->grid.changed_tiles, 0xFF, sizeof nav->grid.changed_tiles); }

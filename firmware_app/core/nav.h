@@ -1,0 +1,188 @@
+/** @file nav.h  The whole pipeline: one call a tick, sensors and commands in, setpoint and events out.
+ *
+ *      ranges + odometry -> scan -> slam -> grid -> clearance -> (wavefront, rrtstar -> route) -> follower -> guard
+ *
+ *  nav_t owns one of each; nothing else is remembered anywhere, and two nav_t never touch each other.
+ *  SI units, radians, map frame unless said otherwise. No call blocks; the work of a tick is bounded. */
+#ifndef NAV_H
+#define NAV_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "clearance.h"
+#include "follower.h"
+#include "geometry.h"
+#include "grid.h"
+#include "guard.h"
+#include "mapstream.h"
+#include "mission.h"
+#include "route.h"
+#include "rrtstar.h"
+#include "scan.h"
+#include "slam.h"
+#include "wavefront.h"
+#include "wire.h"
+
+enum { NAV_EVENTS = 8 };
+
+typedef enum { NAV_PLANNER_RRTSTAR, NAV_PLANNER_GRID, NAV_PLANNERS } nav_planner_t;
+typedef enum { NAV_SLAM_OFF, NAV_SLAM_MAP, NAV_SLAM_ESTIMATOR, NAV_SLAM_MODES } nav_slam_mode_t;
+/** When the ground falls silent. */
+typedef enum { NAV_LOST_GO_ON, NAV_LOST_HOLD, NAV_LOST_HOME, NAV_LOST_LAND, NAV_LOST_POLICIES } nav_lost_t;
+
+/** Everything a user may tune. Copied at init and by nav_configure; see nav_config_default for the numbers. */
+typedef struct {
+  scan_config_t scan;
+  grid_config_t grid;
+  rrtstar_config_t rrtstar;
+  follower_config_t follower;
+  guard_config_t guard;
+  float height_m;
+  float clearance_m;       ///< from obstacles, drone radius included
+  float cell_m;            ///< taken when the map is made
+  vec2_t area_min_m;       ///< the fence; the grid is centred on it when the map is made
+  vec2_t area_max_m;
+  float low_battery_v;
+  float lost_time_s;
+  float climb_mps;
+  float descend_mps;
+  float scan_turn_rad;     ///< a quarter turn and a little
+  float scan_rate_rps;
+  float known_half_width_m; ///< a corridor is flown only if this much on both sides was observed
+  uint32_t seed;
+  nav_planner_t planner;
+  nav_slam_mode_t slam;
+  nav_lost_t lost;
+} nav_config_t;
+
+typedef enum {
+  NAV_HAS_FLOW = 1,
+  NAV_HAS_RANGER = 2,
+  NAV_ESTIMATOR_SETTLED = 4,
+  NAV_CAN_FLY = 8,   ///< armed, not locked, not crashed
+  NAV_IS_FLYING = 16,
+  NAV_TUMBLED = 32,
+  NAV_LINK_ALIVE = 64,
+} nav_flag_t;
+
+typedef struct {
+  scan_odometry_t odometry;
+  vec2_t velocity_mps;         ///< odometry frame
+  float range_m[SCAN_RANGES];  ///< negative: none
+  float battery_v;
+  uint8_t flags;               ///< nav_flag_t
+} nav_input_t;
+
+typedef struct {
+  mission_cmd_t cmd;
+  vec2_t goal_m; ///< map frame, for MISSION_CMD_GOTO
+} nav_command_t;
+
+/** What the vehicle shall do now. */
+typedef struct {
+  bool motors;               ///< false: no setpoint is needed
+  float height_m;
+  vec2_t velocity_body_mps;  ///< level, x forward, y left
+  float yaw_rate_rps;
+} nav_setpoint_t;
+
+/** For logs and the ground. */
+typedef struct {
+  pose2_t pose;           ///< map frame
+  vec2_t goal_m;
+  float path_m;           ///< length of the present route
+  uint16_t known_cells;
+  uint16_t plan_nodes;
+  uint8_t confidence;     ///< [%]
+  uint8_t state;          ///< mission_state_t
+  uint8_t fault;          ///< mission_reason_t
+  uint8_t task;           ///< mission_task_t
+} nav_status_t;
+
+/** The two searches take turns in one arena. */
+typedef union {
+  rrtstar_t rrtstar;
+  wavefront_t wavefront;
+} nav_arena_t;
+
+typedef enum {
+  NAV_PLAN_DONE,
+  NAV_PLAN_BEGIN,      ///< asked for, not begun
+  NAV_PLAN_WAVE,       ///< proving that there is a way
+  NAV_PLAN_TREE,       ///< making it short
+  NAV_PLAN_WAVE_AGAIN, ///< the tree found none: taking the wave's own
+} nav_plan_stage_t;
+
+typedef struct {
+  nav_plan_stage_t stage;
+  vec2_t start_cells;
+  vec2_t goal_cells;
+  uint32_t first_iterations; ///< that the first way took, 0 before
+  uint8_t attempts;          ///< since the last progress
+} nav_plan_t;
+
+typedef struct {
+  nav_config_t cfg;
+  mission_t mission;
+  scan_t scan;
+  slam_t slam;
+  grid_t grid;
+  clearance_t clearance;
+  nav_arena_t arena;
+  route_t route;
+  follower_t follower;
+  guard_t guard;
+  mapstream_t stream;
+  nav_plan_t plan;
+  nav_status_t status;
+  nav_input_t input;          ///< of the present tick
+  pose2_t pose;               ///< map frame, now
+  pose2_t home;
+  pose2_t post;               ///< held while hovering
+  vec2_t goal_m;
+  wire_event_t events[NAV_EVENTS];
+  uint16_t event_sequence;
+  uint8_t event_first, event_count;
+  uint8_t epoch;              ///< of the map
+  bool mapped;                ///< the map frame is fixed: since the first take-off
+  float tick_s;               ///< since the tick before
+  float height_sp_m;          ///< ramped
+  float turned_rad;           ///< in this scan
+  float allowed_m;            ///< observed part of the route
+  float best_progress_m;      ///< along the route since it was made
+  uint32_t state_since_ms;
+  uint32_t link_seen_ms;
+  uint32_t battery_good_ms;   ///< when the battery was last above the limit
+  uint32_t estimate_good_ms;  ///< when the odometry was last usable
+  bool link_lost;             ///< the policy has acted
+  bool battery_low;           ///< likewise
+} nav_t;
+
+nav_config_t nav_config_default(void);
+/** @return MISSION_OK, or what is wrong with the values */
+mission_reason_t nav_config_check(const nav_config_t *cfg);
+
+/** cfg must have passed nav_config_check. */
+void nav_init(nav_t *nav, const nav_config_t *cfg);
+/** Take new values between two ticks; area and cell size wait until the map is made anew. Refused values change
+ *  nothing. */
+mission_reason_t nav_configure(nav_t *nav, const nav_config_t *cfg);
+
+/** Take or refuse a command, by what is known now. A goal that turns out unreachable is refused later by an event. */
+mission_reason_t nav_command(nav_t *nav, const nav_command_t *command);
+
+/** One tick. Input that is not finite is replaced by what was known before. */
+nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input);
+
+/** Oldest event not taken yet; false if there is none. When more than NAV_EVENTS wait the oldest are lost, and a gap
+ *  in the sequence numbers says so. */
+bool nav_take_event(nav_t *nav, wire_event_t *event);
+/** What the ground must know before it can read the map. */
+wire_hello_t nav_hello(const nav_t *nav);
+/** The next WIRE_MAP_BYTES of the map stream. */
+void nav_next_map_piece(nav_t *nav, uint8_t *bytes);
+/** Let every tile count as changed. */
+void nav_resend_map(nav_t *nav);
+
+#endif

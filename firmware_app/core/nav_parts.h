@@ -1,0 +1,28 @@
+/** @file nav_parts.h  What the files of nav share among themselves; nobody else includes it. */
+#ifndef NAV_PARTS_H
+#define NAV_PARTS_H
+
+#include "nav.h"
+
+/** Queue an event for the ground. */
+void nav_emit(nav_t *nav, wire_event_code_t code, uint8_t argument, vec2_t place_m);
+/** Apply an event to the mission and do what entering the new state takes. */
+void nav_apply(nav_t *nav, mission_event_t event);
+/** Remember a fault and tell the ground. */
+void nav_fault(nav_t *nav, mission_reason_t reason);
+/** Give the drone a task now. */
+void nav_set_task(nav_t *nav, mission_task_t task);
+/** Empty grid and clearance for the present configuration; the ground is told by the epoch. */
+void nav_make_map(nav_t *nav);
+/** Clearance for the present radius and fence, all stale. */
+void nav_make_clearance(nav_t *nav);
+
+/** One slice of planning, where the state asks for it. A new plan is asked for by plan.stage = NAV_PLAN_BEGIN. */
+void nav_plan_step(nav_t *nav);
+
+/** Policies: battery, link, supervisor, estimator, ranges. */
+void nav_watch(nav_t *nav);
+/** What the state wants the vehicle to do, past the guard. @param fresh the map was measured anew in this tick */
+nav_setpoint_t nav_move(nav_t *nav, bool fresh);
+
+#endif

@@ -1,0 +1,18 @@
+/** @file rng.h  Small seeded random numbers; the state belongs to the caller.
+ *  Source: Marsaglia, Xorshift RNGs, J. Stat. Software 8(14), 2003, the (13, 17, 5) generator. Not for secrets. */
+#ifndef RNG_H
+#define RNG_H
+
+#include <stdint.h>
+
+typedef struct {
+  uint32_t state; ///< never 0
+} rng_t;
+
+/** Any seed is good, 0 too: it is mixed first. */
+rng_t rng_seed(uint32_t seed);
+uint32_t rng_next(rng_t *rng);
+/** Uniform in [0, 1), on a grid of 2^-24. */
+float rng_uniform(rng_t *rng);
+
+#endif

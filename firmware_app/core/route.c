@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma GCC optimize("fp-contract=off")
+#include "route.h"
+
+#include <string.h>
+
+enum { ROUND_TRIES = 3, POINTS_PER_CORNER = 3 };
+
+static const float ROUND_CUT_CELLS = 6.0f;   ///< how far from a corner the rounding may begin
+static const float KNOWN_STEP_M = 0.1f;      ///< resolution of route_known_m
+
+static void reverse(vec2_t *points, int count) {
+  for (int a = 0, b = count - 1; a < b; a++, b--) {
+    vec2_t swap = points[a];
+    points[a] = points[b];
+    points[b] = swap;
+  }
+}
+
+/** From each kept point go straight to the last one in sight. */
+static int pull(const clearance_t *clearance, vec2_t *points, int count) {
+  int kept = 1;
+  int from = 0;
+  while (from < count - 1) {
+    int to = count - 1;
+    while (to > from + 1 && !clearance_segment_free(clearance, points[kept - 1], points[to])) {
+      to--;
+    }
+    points[kept++] = points[to];
+    from = to;
+  }
+  return kept;
+}
+
+int route_shortcut(const clearance_t *clearance, vec2_t *path_cells, int count) {
+  if (count < 3) {
+    return count;
+  }
+  count = pull(clearance, path_cells, count);
+  reverse(path_cells, count);
+  count = pull(clearance, path_cells, count);
+  reverse(path_cells, count);
+  return count;
+}
+
+/** Three points in place of corner b of a, b, c: a quadratic curve through the middle of its control polygon. */
+static bool round_corner(const clearance_t *clearance, vec2_t a, vec2_t b, vec2_t c, vec2_t *out) {
+  vec2_t to_a = vec2_sub(a, b);
+  vec2_t to_c = vec2_sub(c, b);
+  float length_a = vec2_norm(to_a);
+  float length_c = vec2_norm(to_c);
+  float cut = 0.5f * (length_a < length_c ? length_a : length_c);
+  cut = cut < ROUND_CUT_CELLS ? cut : ROUND_CUT_CELLS;
+  for (int i = 0; i < ROUND_TRIES && cut > 0.1f; i++, cut *= 0.5f) {
+    out[0] = vec2_add(b, vec2_scale(to_a, cut / length_a));
+    out[2] = vec2_add(b, vec2_scale(to_c, cut / length_c));
+    vec2_t chord = vec2_scale(vec2_add(out[0], out[2]), 0.5f);
+    out[1] = vec2_scale(vec2_add(b, chord), 0.5f);
+    if (clearance_segment_free(clearance, out[0], out[1]) && clearance_segment_free(clearance, out[1], out[2])) {
+      return true;
+    }
+  }
+  return false;
+}
+
+int route_round(const clearance_t *clearance, vec2_t *path_cells, int count, int capacity) {
+  if (count < 3 || count + (count - 2) * (POINTS_PER_CORNER - 1) > capacity) {
+    return count;
+  }
+  vec2_t previous = path_cells[0];
+  int at = 1;
+  while (at < count - 1) {
+    vec2_t corner = path_cells[at];
+    vec2_t curve[POINTS_PER_CORNER];
+    if (round_corner(clearance, previous, corner, path_cells[at + 1], curve)) {
+      memmove(&path_cells[at + POINTS_PER_CORNER], &path_cells[at + 1], (size_t)(count - at - 1) * sizeof *path_cells);
+      memcpy(&path_cells[at], curve, sizeof curve);
+      count += POINTS_PER_CORNER - 1;
+      at += POINTS_PER_CORNER - 1;
+    }
+    previous = corner;
+    at++;
+  }
+  return count;
+}
+
+void route_build(route_t *route, const grid_t *grid, const clearance_t *clearance, int count) {
+  count = route_shortcut(clearance, route->points_m, count);
+  count = route_round(clearance, route->points_m, count, ROUTE_POINTS);
+  route->count = (uint8_t)count;
+  route->revision++;
+  for (int i = 0; i < count; i++) {
+    route->points_m[i] = grid_to_metres(grid, route->points_m[i]);
+  }
+}
+
+float route_length_m(const route_t *route) {
+  float length_m = 0.0f;
+  for (int i = 1; i < route->count; i++) {
+    length_m += vec2_distance(route->points_m[i - 1], route->points_m[i]);
+  }
+  return length_m;
+}
+
+bool route_blocked(const route_t *route, const grid_t *grid, const clearance_t *clearance, int from) {
+  for (int i = from > 0 ? from : 0; i + 1 < route->count; i++) {
+    vec2_t a = grid_to_cells(grid, route->points_m[i]);
+    vec2_t b = grid_to_cells(grid, route->points_m[i + 1]);
+    if (!clearance_segment_free(clearance, a, b)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+float route_known_m(const route_t *route, const grid_t *grid, float half_width_m) {
+  float known_m = 0.0f;
+  for (int i = 1; i < route->count; i++) {
+    vec2_t a = route->points_m[i - 1];
+    vec2_t along = vec2_sub(route->points_m[i], a);
+    float length_m = vec2_norm(along);
+    for (float at_m = 0.0f; at_m < length_m; at_m += KNOWN_STEP_M) {
+      float next_m = at_m + KNOWN_STEP_M < length_m ? at_m + KNOWN_STEP_M : length_m;
+      vec2_t piece_start = vec2_add(a, vec2_scale(along, at_m / length_m));
+      vec2_t piece_end = vec2_add(a, vec2_scale(along, next_m / length_m));
+      if (!grid_segment_known(grid, piece_start, piece_end, half_width_m)) {
+        return known_m;
+      }
+      known_m += next_m - at_m;
+    }
+  }
+  return known_m;
+}

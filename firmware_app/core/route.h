@@ -1,0 +1,35 @@
+/** @file route.h  A way to fly: way points in the map frame, tightened and rounded, each piece checked.
+ *  Shortcut: string pulling in both directions. Rounding: densify, average over a window, keep a piece only where it
+ *  stays clear; the result is never longer than what went in. */
+#ifndef ROUTE_H
+#define ROUTE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "clearance.h"
+#include "geometry.h"
+#include "grid.h"
+
+enum { ROUTE_POINTS = 64 };
+
+typedef struct {
+  vec2_t points_m[ROUTE_POINTS]; ///< the first is where it starts, the last the goal
+  uint8_t count;                 ///< 0: no route
+  uint8_t revision;              ///< grows with every new route
+} route_t;
+
+/** Make the route from a planner's way, which stands in points_m in cells: shortcut, round, convert in place. */
+void route_build(route_t *route, const grid_t *grid, const clearance_t *clearance, int count);
+/** Drop way points that a straight, clear line makes needless. @return points left */
+int route_shortcut(const clearance_t *clearance, vec2_t *path_cells, int count);
+/** Round the corners where there is room. @return points, at most capacity */
+int route_round(const clearance_t *clearance, vec2_t *path_cells, int count, int capacity);
+
+float route_length_m(const route_t *route);
+/** True if a piece from way point `from` on is no longer clear. */
+bool route_blocked(const route_t *route, const grid_t *grid, const clearance_t *clearance, int from);
+/** How far along the route [m], from its start, everything within half_width_m has been observed. */
+float route_known_m(const route_t *route, const grid_t *grid, float half_width_m);
+
+#endif

@@ -12,13 +12,13 @@ from ground.sim.worldspec import Motion, Obstacle, Point
 Array = NDArray[np.float64]
 
 
-def position_m(obstacle: Obstacle, time_s: float) -> Point:
-    """Centre of the obstacle at that time."""
+def position_m(obstacle: Obstacle, moving_s: float) -> Point:
+    """Centre of the obstacle when it has been on its way that long; before that, negative."""
     motion = obstacle.motion
-    if motion is None or time_s <= motion.start_s:
+    if motion is None or moving_s <= 0.0:
         return obstacle.center_m
     stops = _stops(obstacle, motion)
-    travelled_m = (time_s - motion.start_s) * motion.speed_mps
+    travelled_m = moving_s * motion.speed_mps
     if motion.loop:
         travelled_m %= sum(math.dist(a, b) for a, b in pairwise(stops))
     for a, b in pairwise(stops):
@@ -28,6 +28,10 @@ def position_m(obstacle: Obstacle, time_s: float) -> Point:
             return a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])
         travelled_m -= leg_m
     return stops[-1]
+
+
+def _start_s(motion: Motion | None) -> float:
+    return math.inf if motion is None or motion.trigger else motion.start_s
 
 
 def _stops(obstacle: Obstacle, motion: Motion) -> tuple[Point, ...]:
@@ -58,9 +62,10 @@ class Footprints:
         self._cos, self._sin = np.cos(yaw), np.sin(yaw)
         self._dynamic = [i for i, o in enumerate(obstacles) if o.changes]
         self._time_s = 0.0
-        self.move_to(0.0)
+        self._starts_s = [_start_s(o.motion) for o in obstacles]
+        self.move_to(0.0, None)
 
-    def move_to(self, time_s: float) -> list[int]:
+    def move_to(self, time_s: float, drone_m: Point | None) -> list[int]:
         """Put everything where it is at that time; return the rows that may have changed."""
         elapsed_s = time_s - self._time_s
         self._time_s = time_s
@@ -71,11 +76,19 @@ class Footprints:
                 self.present[i] = present
                 self.changes += 1
             if obstacle.motion:
-                center = position_m(obstacle, time_s)
+                center = position_m(obstacle, time_s - self._start(i, obstacle.motion, drone_m))
                 if elapsed_s > 0:
                     self.velocity_mps[i] = (center - self.center_m[i]) / elapsed_s
                 self.center_m[i] = center
         return self._dynamic
+
+    def _start(self, row: int, motion: Motion, drone_m: Point | None) -> float:
+        """When this row starts to move; inf as long as it waits for the drone."""
+        trigger = motion.trigger
+        if trigger and drone_m and math.isinf(self._starts_s[row]):
+            if math.dist(trigger.center_m, drone_m) <= trigger.radius_m:
+                self._starts_s[row] = self._time_s + motion.start_s
+        return self._starts_s[row]
 
     def signed_m(self, x_m: float, y_m: float) -> Array:
         """Plan distance of a point to each outline, negative inside; inf where absent."""

@@ -78,7 +78,7 @@ class Plant:
         yaw_error_rad = command.yaw_rad - estimate.yaw_rad
         vehicle.step(command, yaw_error_rad, self._battery.voltage_v)
         self._steps += 1
-        self._world.set_time(self.time_s)
+        self._world.set_time(self.time_s, (vehicle.x_m, vehicle.y_m))
         self._contacts.step(self.time_s, PLANT_STEP_S)
         self._battery.step(command.thrust / HOVER_THRUST, PLANT_STEP_S)
         self._sensors.step(vehicle, command, self._battery)

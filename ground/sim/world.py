@@ -70,10 +70,10 @@ class World:
         self._sin_start = math.sin(spec.start_yaw_rad)
         self.set_time(0.0)
 
-    def set_time(self, time_s: float) -> None:
+    def set_time(self, time_s: float, drone_m: Point | None = None) -> None:
         """Move what moves; what is absent is parked far below the floor."""
         places = self.footprints
-        rows = places.move_to(time_s)
+        rows = places.move_to(time_s, drone_m)
         for row in rows:
             z = (places.bottom_m[row] + places.top_m[row]) / 2 if places.present[row] else _PARKED_M
             self._data.mocap_pos[self._mocap_of_row[row]] = (*places.center_m[row], z)

@@ -11,7 +11,15 @@ from pathlib import Path
 from typing import Final
 
 from ground.errors import GroundError
-from ground.sim.worldspec import WALL_REFLECTIVITY, Motion, Obstacle, Patch, Point, WorldSpec
+from ground.sim.worldspec import (
+    WALL_REFLECTIVITY,
+    Motion,
+    Obstacle,
+    Patch,
+    Point,
+    Trigger,
+    WorldSpec,
+)
 
 WORLDS_DIR: Final = Path(__file__).parent / "worlds"
 MAX_EXTENT_M: Final = 100.0
@@ -242,9 +250,17 @@ def _motion(table: _Table) -> Motion:
         motion.number("speed_mps", low=0.01, high=10.0),
         motion.time("start_s", 0.0),
         motion.flag("loop", False),
+        _trigger(motion) if motion.has("when_near") else None,
     )
     motion.done()
     return result
+
+
+def _trigger(motion: _Table) -> Trigger:
+    table = motion.table("when_near")
+    trigger = Trigger(table.point("center"), table.length("radius_m"))
+    table.done()
+    return trigger
 
 
 def _ceiling(top: _Table) -> list[Obstacle]:

@@ -12,13 +12,25 @@ Point: TypeAlias = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
+class Trigger:
+    """Something happens once the drone has come within radius_m of a place."""
+
+    center_m: Point
+    radius_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class Motion:
-    """A way along points, from the obstacle's own place, at one speed, once or round and round."""
+    """A way along points, from the obstacle's own place, at one speed, once or round and round.
+
+    It begins at start_s, or that long after its trigger.
+    """
 
     path_m: tuple[Point, ...]
     speed_mps: float
     start_s: float = 0.0
     loop: bool = False
+    trigger: Trigger | None = None
 
 
 @dataclass(frozen=True, slots=True)

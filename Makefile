@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Everything runs in .venv, which `make setup` creates; nobody has to activate it.
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+SHELL := /bin/bash
+
+VENV := .venv
+BIN := $(VENV)/bin
+CFCLIENT := .venv-cfclient
+PIP := -m pip install --quiet --disable-pip-version-check --retries 10
+
+PLATFORM ?= cf2
+
+CORE_C := $(wildcard firmware_app/core/*.c)
+CORE_H := $(wildcard firmware_app/core/*.h)
+C_SOURCES := $(CORE_C) $(CORE_H) $(wildcard firmware_app/app/*.[ch] firmware_app/host/*.[ch])
+BUILD_SCRIPTS := ground/core_build.py ground/sim/firmware_build.py
+C_WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Wcast-qual -Werror
+
+.PHONY: help
+help: ## Show this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+.PHONY: setup
+setup: $(VENV)/.built ## Create .venv with everything in it; compile the C code for this machine
+
+$(VENV)/.installed: pyproject.toml
+	tests/tools/debian_packages.sh host
+	python3 -m venv $(VENV)
+	$(BIN)/python $(PIP) --editable '.[sim,dev]'
+	@touch $@
+
+$(VENV)/.built: $(VENV)/.installed $(C_SOURCES) $(BUILD_SCRIPTS)
+	$(BIN)/python -m ground.core_build
+	$(BIN)/python -m ground.sim.firmware_build
+	@touch $@
+
+.PHONY: demo
+demo: setup ## Fly a simulated Crazyflie and look at it [HEADLESS=1] [JSON=out.json]
+	$(BIN)/wayflie demo $(if $(HEADLESS),--headless) $(if $(JSON),--json $(JSON))
+
+.PHONY: sim
+sim: setup ## Run only the simulated Crazyflie, for wayflie, cfclient or a script [WORLD=flat]
+	$(BIN)/wayflie sim $(if $(WORLD),--world $(WORLD))
+
+.PHONY: ground
+ground: setup ## Run only the ground station and its page [URI=radio://...]
+	$(BIN)/wayflie ground $(if $(URI),--uri $(URI))
+
+.PHONY: test
+test: setup ## Run the tests (two processes, under ten minutes)
+	$(BIN)/pytest -n 2 tests --ignore tests/cfclient --ignore tests/bench
+
+.PHONY: test-cfclient
+test-cfclient: setup $(CFCLIENT)/.installed ## Drive the real cfclient against the simulated Crazyflie
+	QT_QPA_PLATFORM=offscreen $(CFCLIENT)/bin/python -m pytest tests/cfclient
+
+$(CFCLIENT)/.installed: pyproject.toml
+	tests/tools/debian_packages.sh cfclient
+	python3 -m venv $(CFCLIENT)
+	$(CFCLIENT)/bin/python $(PIP) 'cfclient==2026.8.1' 'pytest>=9,<10' 'pytest-timeout>=2.4,<3'
+	@touch $@
+
+.PHONY: check
+check: setup ## Lint, types, formatting, strict C warnings
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/clang-format --dry-run -Werror $(C_SOURCES)
+	gcc -std=c11 -O2 $(C_WARNINGS) -fsyntax-only $(CORE_C)
+
+.PHONY: firmware
+firmware: need-base ## Build the app into the real firmware: CRAZYFLIE_BASE=... [PLATFORM=cf2|cf21bl]
+	$(MAKE) -C firmware_app CRAZYFLIE_BASE=$(abspath $(CRAZYFLIE_BASE)) $(PLATFORM)_defconfig
+	$(MAKE) -C firmware_app CRAZYFLIE_BASE=$(abspath $(CRAZYFLIE_BASE))
+
+.PHONY: need-base
+need-base:
+	@test -f '$(CRAZYFLIE_BASE)/tools/make/oot.mk' || { \
+	  echo 'CRAZYFLIE_BASE must be a checkout of crazyflie-firmware, with its submodules' >&2; exit 2; }
+
+.PHONY: flash
+flash: $(CFCLIENT)/.installed ## Send the built firmware to a Crazyflie [PLATFORM=...] [URI=radio://...]
+	$(CFCLIENT)/bin/cfloader flash firmware_app/build/$(PLATFORM).bin stm32-fw \
+	  -w $(or $(URI),radio://0/80/2M/E7E7E7E7E7)
+
+.PHONY: sizes
+sizes: setup ## Print what the core needs: RAM of each part, flash of each object
+	$(BIN)/python -m tests.tools.sizes
+
+.PHONY: clean
+clean: ## Remove everything that was built, the environments too
+	rm -rf $(VENV) $(CFCLIENT) build *.egg-info firmware_app/build
+	find . -name __pycache__ -prune -exec rm -rf {} +
+	find ground firmware_app \( -name '*.so' -o -name '*.o' -o -name '*.a' -o -name '.*.cmd' \) -delete

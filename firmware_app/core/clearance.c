@@ -9,7 +9,8 @@
 
 static const float COORDINATE_MAX = 4096.0f;
 
-/** Rows and half widths of the disc: cells whose squares come nearer than radius to a square in the middle. */
+/** Rows and half widths of the disc: cells whose squares come nearer than radius to a square in the
+ * middle. */
 static void make_disc(clearance_t *clearance, float radius_cells) {
   for (int dy = 0; dy <= CLEARANCE_REACH_MAX; dy++) {
     float gap_y = dy > 1 ? (float)(dy - 1) : 0.0f;
@@ -27,7 +28,8 @@ void clearance_init(clearance_t *clearance, const grid_t *grid, float radius_m, 
                     vec2_t fence_max_m) {
   memset(clearance, 0, sizeof *clearance);
   memset(clearance->stale_rows, 0xFF, sizeof clearance->stale_rows);
-  make_disc(clearance, geometry_clamp(radius_m * grid->cells_per_m, 0.0f, (float)CLEARANCE_REACH_MAX));
+  make_disc(clearance,
+            geometry_clamp(radius_m * grid->cells_per_m, 0.0f, (float)CLEARANCE_REACH_MAX));
   vec2_t low = grid_to_cells(grid, fence_min_m);
   vec2_t high = grid_to_cells(grid, fence_max_m);
   const float side = (float)GRID_SIDE_CELLS;
@@ -120,7 +122,9 @@ bool clearance_blocked(const clearance_t *clearance, int ix, int iy) {
   return (clearance->bits[iy * GRID_BIT_WORDS + ix / 32] >> (ix % 32) & 1u) != 0u;
 }
 
-static bool traceable(vec2_t point) { return fabsf(point.x) < COORDINATE_MAX && fabsf(point.y) < COORDINATE_MAX; }
+static bool traceable(vec2_t point) {
+  return fabsf(point.x) < COORDINATE_MAX && fabsf(point.y) < COORDINATE_MAX;
+}
 
 bool clearance_blocked_at(const clearance_t *clearance, vec2_t point_cells) {
   return !traceable(point_cells) ||
@@ -144,7 +148,8 @@ bool clearance_segment_free(const clearance_t *clearance, vec2_t a_cells, vec2_t
   return true;
 }
 
-bool clearance_nearest_free(const clearance_t *clearance, vec2_t point_cells, int max_cells, vec2_t *free_cells) {
+bool clearance_nearest_free(const clearance_t *clearance, vec2_t point_cells, int max_cells,
+                            vec2_t *free_cells) {
   if (!traceable(point_cells)) {
     return false;
   }

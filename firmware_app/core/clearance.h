@@ -1,10 +1,12 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 /** @file clearance.h  The cells in which the drone's centre may not be: a bit a cell, 2,048 bytes.
- *  Blocked = within the clearance radius of an occupied cell, or outside the fence or the grid. Planners, route and
- *  exploration share it. Unknown cells are not blocked here: a plan may be optimistic, flying is not (route.h).
- *  It follows the grid row by row: a changed cell makes the rows it can reach stale, clearance_refresh() rebuilds
- *  stale rows from the occupied bits, so that the layer always equals one built from scratch.
- *  Convention: the distance is from cell square to cell square (a blocked cell may be touched nowhere), and a
- *  segment may not squeeze between two blocked cells that touch at a corner. */
+ *  Blocked = within the clearance radius of an occupied cell, or outside the fence or the grid.
+ * Planners, route and exploration share it. Unknown cells are not blocked here: a plan may be
+ * optimistic, flying is not (route.h). It follows the grid row by row: a changed cell makes the
+ * rows it can reach stale, clearance_refresh() rebuilds stale rows from the occupied bits, so that
+ * the layer always equals one built from scratch. Convention: the distance is from cell square to
+ * cell square (a blocked cell may be touched nowhere), and a segment may not squeeze between two
+ * blocked cells that touch at a corner. */
 #ifndef CLEARANCE_H
 #define CLEARANCE_H
 
@@ -19,12 +21,13 @@ enum { CLEARANCE_REACH_MAX = 12 };
 typedef struct {
   uint32_t bits[GRID_SIDE_CELLS * GRID_BIT_WORDS];
   uint32_t stale_rows[GRID_SIDE_CELLS / 32];
-  uint8_t half_width[CLEARANCE_REACH_MAX + 1]; ///< of the disc, in cells, by row distance
-  uint8_t reach;                               ///< of the disc, in rows
+  uint8_t half_width[CLEARANCE_REACH_MAX + 1];    ///< of the disc, in cells, by row distance
+  uint8_t reach;                                  ///< of the disc, in rows
   int16_t fence_x0, fence_y0, fence_x1, fence_y1; ///< cells inside, both ends included
 } clearance_t;
 
-/** Everything stale. radius_m is clipped to CLEARANCE_REACH_MAX cells; the fence is given by two map corners. */
+/** Everything stale. radius_m is clipped to CLEARANCE_REACH_MAX cells; the fence is given by two
+ * map corners. */
 void clearance_init(clearance_t *clearance, const grid_t *grid, float radius_m, vec2_t fence_min_m,
                     vec2_t fence_max_m);
 
@@ -37,9 +40,11 @@ int clearance_refresh(clearance_t *clearance, const grid_t *grid, int max_rows);
 bool clearance_blocked(const clearance_t *clearance, int ix, int iy);
 /** Same for a position in cells. */
 bool clearance_blocked_at(const clearance_t *clearance, vec2_t point_cells);
-/** True if the segment (in cells) stays in free cells. Exact traversal; cost grows with the cells crossed. */
+/** True if the segment (in cells) stays in free cells. Exact traversal; cost grows with the cells
+ * crossed. */
 bool clearance_segment_free(const clearance_t *clearance, vec2_t a_cells, vec2_t b_cells);
 /** Centre of the free cell nearest to the point, within max_cells; false if there is none. */
-bool clearance_nearest_free(const clearance_t *clearance, vec2_t point_cells, int max_cells, vec2_t *free_cells);
+bool clearance_nearest_free(const clearance_t *clearance, vec2_t point_cells, int max_cells,
+                            vec2_t *free_cells);
 
 #endif

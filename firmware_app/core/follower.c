@@ -4,11 +4,14 @@
 
 #include <math.h>
 
-static const float SEARCH_AHEAD_M = 0.6f;  ///< how far the nearest point of the route may run ahead in one tick
-static const float SLEW_S = 0.3f;          ///< the velocity may change by accel times this against the present one
-static const float CORNER_SPEED = 0.35f;   ///< share of the speed left where the route turns back
-static const float STOP_GAIN_PER_S = 1.5f; ///< the last centimetres: speed in proportion to distance
-static const float FACE_MIN_MPS = 0.05f;   ///< slower than this a direction of flight means nothing
+static const float SEARCH_AHEAD_M =
+    0.6f; ///< how far the nearest point of the route may run ahead in one tick
+static const float SLEW_S =
+    0.3f; ///< the velocity may change by accel times this against the present one
+static const float CORNER_SPEED = 0.35f; ///< share of the speed left where the route turns back
+static const float STOP_GAIN_PER_S =
+    1.5f;                                ///< the last centimetres: speed in proportion to distance
+static const float FACE_MIN_MPS = 0.05f; ///< slower than this a direction of flight means nothing
 
 follower_config_t follower_config_default(void) {
   return (follower_config_t){
@@ -42,7 +45,8 @@ static vec2_t point_at(const route_t *route, float at_m) {
   return route->points_m[route->count - 1];
 }
 
-/** Move progress to the nearest point of the route, not backwards and not far ahead: routes may pass near themselves. */
+/** Move progress to the nearest point of the route, not backwards and not far ahead: routes may
+ * pass near themselves. */
 static void advance(follower_t *follower, const route_t *route, vec2_t position) {
   float start_m = 0.0f;
   float best_m = vec2_distance(point_at(route, follower->progress_m), position);
@@ -69,31 +73,35 @@ static void advance(follower_t *follower, const route_t *route, vec2_t position)
 
 static float yaw_towards(const follower_config_t *cfg, float yaw_rad, float wanted_rad) {
   float error_rad = geometry_wrap_rad(wanted_rad - yaw_rad);
-  return geometry_clamp(cfg->yaw_gain_per_s * error_rad, -cfg->yaw_rate_max_rps, cfg->yaw_rate_max_rps);
+  return geometry_clamp(cfg->yaw_gain_per_s * error_rad, -cfg->yaw_rate_max_rps,
+                        cfg->yaw_rate_max_rps);
 }
 
-static float yaw_rate(const follower_t *follower, const follower_config_t *cfg, float yaw_rad, vec2_t velocity_mps) {
+static float yaw_rate(const follower_t *follower, const follower_config_t *cfg, float yaw_rad,
+                      vec2_t velocity_mps) {
   switch (cfg->yaw_mode) {
-    case FOLLOWER_YAW_TURN:
-      return cfg->turn_rate_rps;
-    case FOLLOWER_YAW_FORWARD:
-      if (vec2_norm(velocity_mps) > FACE_MIN_MPS) {
-        return yaw_towards(cfg, yaw_rad, geometry_atan2(velocity_mps.y, velocity_mps.x));
-      }
-      return 0.0f;
-    case FOLLOWER_YAW_KEEP:
-    case FOLLOWER_YAW_MODES:
-      break;
+  case FOLLOWER_YAW_TURN:
+    return cfg->turn_rate_rps;
+  case FOLLOWER_YAW_FORWARD:
+    if (vec2_norm(velocity_mps) > FACE_MIN_MPS) {
+      return yaw_towards(cfg, yaw_rad, geometry_atan2(velocity_mps.y, velocity_mps.x));
+    }
+    return 0.0f;
+  case FOLLOWER_YAW_KEEP:
+  case FOLLOWER_YAW_MODES:
+    break;
   }
   return yaw_towards(cfg, yaw_rad, follower->keep_yaw_rad);
 }
 
 /** Slower before corners: by the turn between the ways to the near and to the far carrot. */
-static float corner_factor(const route_t *route, const follower_config_t *cfg, float at_m, vec2_t near_point) {
+static float corner_factor(const route_t *route, const follower_config_t *cfg, float at_m,
+                           vec2_t near_point) {
   vec2_t first = vec2_sub(near_point, point_at(route, at_m));
   vec2_t second = vec2_sub(point_at(route, at_m + 2.5f * cfg->lookahead_m), near_point);
   float norms = vec2_norm(first) * vec2_norm(second);
-  return norms > 1.0e-6f ? geometry_clamp(vec2_dot(first, second) / norms, CORNER_SPEED, 1.0f) : 1.0f;
+  return norms > 1.0e-6f ? geometry_clamp(vec2_dot(first, second) / norms, CORNER_SPEED, 1.0f)
+                         : 1.0f;
 }
 
 /** In face-forward mode, turn first: the beam must see where it flies. */
@@ -105,8 +113,9 @@ static float facing_factor(const follower_config_t *cfg, pose2_t pose, vec2_t di
   return geometry_clamp(heading.cos * direction.x + heading.sin * direction.y, 0.1f, 1.0f);
 }
 
-follower_status_t follower_step(follower_t *follower, const follower_config_t *cfg, const route_t *route,
-                                pose2_t pose, vec2_t velocity_mps, float limit_m, follower_command_t *command) {
+follower_status_t follower_step(follower_t *follower, const follower_config_t *cfg,
+                                const route_t *route, pose2_t pose, vec2_t velocity_mps,
+                                float limit_m, follower_command_t *command) {
   vec2_t position = pose2_position(pose);
   float end_m = route_length_m(route);
   float stop_m = limit_m < end_m ? limit_m : end_m;
@@ -139,7 +148,8 @@ follower_status_t follower_step(follower_t *follower, const follower_config_t *c
 follower_command_t follower_hold(const follower_config_t *cfg, pose2_t pose, pose2_t post) {
   vec2_t error = vec2_sub(pose2_position(post), pose2_position(pose));
   return (follower_command_t){
-      .velocity_mps = vec2_limit(vec2_scale(error, cfg->position_gain_per_s), 0.5f * cfg->speed_mps),
+      .velocity_mps =
+          vec2_limit(vec2_scale(error, cfg->position_gain_per_s), 0.5f * cfg->speed_mps),
       .yaw_rate_rps = yaw_towards(cfg, pose.yaw_rad, post.yaw_rad),
   };
 }

@@ -1,6 +1,8 @@
-/** @file follower.h  Flies along a route: velocity and yaw rate from pose and route. Stage after planning.
- *  Pure pursuit (Coulter 1992) with a carrot that moves along the route; speed limited by the distance to the stop
- *  point. A quadrotor needs no heading to move: yaw is free, and three modes use it. */
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** @file follower.h  Flies along a route: velocity and yaw rate from pose and route. Stage after
+ * planning. Pure pursuit (Coulter 1992) with a carrot that moves along the route; speed limited by
+ * the distance to the stop point. A quadrotor needs no heading to move: yaw is free, and three
+ * modes use it. */
 #ifndef FOLLOWER_H
 #define FOLLOWER_H
 
@@ -19,13 +21,13 @@ typedef enum {
 
 typedef struct {
   float speed_mps;
-  float accel_mps2;        ///< speeding up and braking
+  float accel_mps2; ///< speeding up and braking
   float lookahead_m;
-  float arrive_m;          ///< nearer than this is there
+  float arrive_m; ///< nearer than this is there
   float position_gain_per_s;
   float yaw_gain_per_s;
   float yaw_rate_max_rps;
-  float turn_rate_rps;     ///< of FOLLOWER_YAW_TURN
+  float turn_rate_rps; ///< of FOLLOWER_YAW_TURN
   follower_yaw_mode_t yaw_mode;
 } follower_config_t;
 
@@ -50,8 +52,9 @@ follower_config_t follower_config_default(void);
 void follower_start(follower_t *follower, float yaw_rad);
 /** @param limit_m  arc length up to which the route may be flown now
  *  @param velocity_mps  present velocity, map frame */
-follower_status_t follower_step(follower_t *follower, const follower_config_t *cfg, const route_t *route,
-                                pose2_t pose, vec2_t velocity_mps, float limit_m, follower_command_t *command);
+follower_status_t follower_step(follower_t *follower, const follower_config_t *cfg,
+                                const route_t *route, pose2_t pose, vec2_t velocity_mps,
+                                float limit_m, follower_command_t *command);
 /** Stay at a point with a heading. */
 follower_command_t follower_hold(const follower_config_t *cfg, pose2_t pose, pose2_t post);
 

@@ -39,23 +39,23 @@ sincos_t geometry_sincos(float angle_rad) {
   float s = sin_kernel(r);
   float c = cos_kernel(r);
   switch ((uint32_t)((int32_t)quarter + 4096) & 3u) {
-    case 0u:
-      return (sincos_t){.sin = s, .cos = c};
-    case 1u:
-      return (sincos_t){.sin = c, .cos = -s};
-    case 2u:
-      return (sincos_t){.sin = -s, .cos = -c};
-    default:
-      return (sincos_t){.sin = -c, .cos = s};
+  case 0u:
+    return (sincos_t){.sin = s, .cos = c};
+  case 1u:
+    return (sincos_t){.sin = c, .cos = -s};
+  case 2u:
+    return (sincos_t){.sin = -s, .cos = -c};
+  default:
+    return (sincos_t){.sin = -c, .cos = s};
   }
 }
 
 static float atan_positive(float t) {
   float base = 0.0f;
-  if (t > 2.41421356f) {  // tan(3 pi / 8)
+  if (t > 2.41421356f) { // tan(3 pi / 8)
     base = 0.5f * PI;
     t = -1.0f / t;
-  } else if (t > 0.41421356f) {  // tan(pi / 8)
+  } else if (t > 0.41421356f) { // tan(pi / 8)
     base = 0.25f * PI;
     t = (t - 1.0f) / (t + 1.0f);
   }
@@ -94,31 +94,47 @@ float geometry_clamp(float value, float low, float high) {
   return value > high ? high : value;
 }
 
-bool geometry_is_finite(float value) { return fabsf(value) <= 3.4028234e38f; }
+bool geometry_is_finite(float value) {
+  return fabsf(value) <= 3.4028234e38f;
+}
 
-vec2_t vec2_add(vec2_t a, vec2_t b) { return (vec2_t){a.x + b.x, a.y + b.y}; }
+vec2_t vec2_add(vec2_t a, vec2_t b) {
+  return (vec2_t){a.x + b.x, a.y + b.y};
+}
 
-vec2_t vec2_sub(vec2_t a, vec2_t b) { return (vec2_t){a.x - b.x, a.y - b.y}; }
+vec2_t vec2_sub(vec2_t a, vec2_t b) {
+  return (vec2_t){a.x - b.x, a.y - b.y};
+}
 
-vec2_t vec2_scale(vec2_t v, float factor) { return (vec2_t){v.x * factor, v.y * factor}; }
+vec2_t vec2_scale(vec2_t v, float factor) {
+  return (vec2_t){v.x * factor, v.y * factor};
+}
 
 vec2_t vec2_rotate(vec2_t v, float angle_rad) {
   sincos_t turn = geometry_sincos(angle_rad);
   return (vec2_t){turn.cos * v.x - turn.sin * v.y, turn.sin * v.x + turn.cos * v.y};
 }
 
-float vec2_dot(vec2_t a, vec2_t b) { return a.x * b.x + a.y * b.y; }
+float vec2_dot(vec2_t a, vec2_t b) {
+  return a.x * b.x + a.y * b.y;
+}
 
-float vec2_norm(vec2_t v) { return sqrtf(vec2_dot(v, v)); }
+float vec2_norm(vec2_t v) {
+  return sqrtf(vec2_dot(v, v));
+}
 
-float vec2_distance(vec2_t a, vec2_t b) { return vec2_norm(vec2_sub(a, b)); }
+float vec2_distance(vec2_t a, vec2_t b) {
+  return vec2_norm(vec2_sub(a, b));
+}
 
 vec2_t vec2_limit(vec2_t v, float max_norm) {
   float norm = vec2_norm(v);
   return norm > max_norm ? vec2_scale(v, max_norm / norm) : v;
 }
 
-vec2_t pose2_position(pose2_t pose) { return (vec2_t){pose.x_m, pose.y_m}; }
+vec2_t pose2_position(pose2_t pose) {
+  return (vec2_t){pose.x_m, pose.y_m};
+}
 
 pose2_t pose2_compose(pose2_t a, pose2_t b) {
   vec2_t p = pose2_apply(a, pose2_position(b));

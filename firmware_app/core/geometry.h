@@ -1,7 +1,8 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 /** @file geometry.h  Plane vectors, poses and angles. Everything else in the core stands on this.
- *  Frames: x forward, y left, yaw counter-clockwise. Metres and radians unless a name says otherwise.
- *  Trigonometry is done by polynomials of our own, because sinf and atan2f differ between the C libraries
- *  of a PC and of the chip: here both give the same bits. */
+ *  Frames: x forward, y left, yaw counter-clockwise. Metres and radians unless a name says
+ * otherwise. Trigonometry is done by polynomials of our own, because sinf and atan2f differ between
+ * the C libraries of a PC and of the chip: here both give the same bits. */
 #ifndef GEOMETRY_H
 #define GEOMETRY_H
 

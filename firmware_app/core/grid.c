@@ -68,7 +68,9 @@ static grid_state_t state_of(int value) {
   return value < GRID_OCCUPIED_MIN ? GRID_CELL_FREE : GRID_CELL_OCCUPIED;
 }
 
-grid_state_t grid_state(const grid_t *grid, int ix, int iy) { return state_of(grid_value(grid, ix, iy)); }
+grid_state_t grid_state(const grid_t *grid, int ix, int iy) {
+  return state_of(grid_value(grid, ix, iy));
+}
 
 static void mark_tile(grid_t *grid, int ix, int iy) {
   int tile = iy / GRID_TILE_SIDE_CELLS * GRID_TILES_PER_ROW + ix / GRID_TILE_SIDE_CELLS;
@@ -136,7 +138,8 @@ static bool is_end(const insertion_t *insertion, int ix, int iy) {
   return false;
 }
 
-/** Clear along one ray. Rays off the axis leave occupied cells alone: the cone's edge is weak evidence. */
+/** Clear along one ray. Rays off the axis leave occupied cells alone: the cone's edge is weak
+ * evidence. */
 static void clear_ray(grid_t *grid, insertion_t *insertion, vec2_t to_cells, bool axis) {
   ray_t ray = ray_start(insertion->from_cells, to_cells);
   do {
@@ -147,7 +150,8 @@ static void clear_ray(grid_t *grid, insertion_t *insertion, vec2_t to_cells, boo
   } while (ray_next(&ray));
 }
 
-static vec2_t ray_end(const grid_t *grid, const insertion_t *insertion, float angle_rad, float range_m) {
+static vec2_t ray_end(const grid_t *grid, const insertion_t *insertion, float angle_rad,
+                      float range_m) {
   sincos_t direction = geometry_sincos(angle_rad);
   float cells = range_m * grid->cells_per_m;
   return vec2_add(insertion->from_cells, (vec2_t){direction.cos * cells, direction.sin * cells});
@@ -170,7 +174,8 @@ static void clear_fan(grid_t *grid, insertion_t *insertion, float angle_rad, flo
 }
 
 int grid_insert(grid_t *grid, const scan_frame_t *frame, pose2_t map_pose) {
-  insertion_t insertion = {.from_cells = grid_to_cells(grid, pose2_position(map_pose)), .changed = 0};
+  insertion_t insertion = {.from_cells = grid_to_cells(grid, pose2_position(map_pose)),
+                           .changed = 0};
   if (!(fabsf(insertion.from_cells.x) < FAR_CELLS && fabsf(insertion.from_cells.y) < FAR_CELLS)) {
     return 0;
   }
@@ -240,10 +245,12 @@ bool grid_segment_known(const grid_t *grid, vec2_t a_m, vec2_t b_m, float half_w
   vec2_t b = grid_to_cells(grid, b_m);
   vec2_t along = vec2_sub(b, a);
   float length = vec2_norm(along);
-  if (!(length < 2.0f * (float)GRID_SIDE_CELLS && fabsf(a.x) < FAR_CELLS && fabsf(a.y) < FAR_CELLS)) {
+  if (!(length < 2.0f * (float)GRID_SIDE_CELLS && fabsf(a.x) < FAR_CELLS &&
+        fabsf(a.y) < FAR_CELLS)) {
     return false;
   }
-  vec2_t across = length > 0.0f ? vec2_scale((vec2_t){-along.y, along.x}, 1.0f / length) : (vec2_t){0.0f, 1.0f};
+  vec2_t across =
+      length > 0.0f ? vec2_scale((vec2_t){-along.y, along.x}, 1.0f / length) : (vec2_t){0.0f, 1.0f};
   float half = half_width_m * grid->cells_per_m;
   int lines = (int)geometry_clamp(2.0f * half + 1.0f, 1.0f, 32.0f);
   for (int i = 0; i <= lines; i++) {

@@ -1,12 +1,13 @@
-/** @file grid.h  Occupancy grid of 128 x 128 four-bit log-odds cells, with one obstacle point per occupied cell.
- *  Source: Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 9.1, with the cone of a time-of-flight sensor as
- *  a fan of rays (Amanatides and Woo 1987 traversal). Not implemented: the beam-width model of table 9.2.
- *  Cell values: 0 never observed, 1..7 believed free, 8..15 believed occupied; bit 3 alone says "occupied", so that
- *  32 cells are classified in a few word operations.
- *  Points: at most one per cell, on a lattice of 1/8 cell. A repeated hit refines it; it goes when its cell is
- *  no longer believed occupied. Kept in a 4-way set-associative table; when a set is full the weakest point yields
- *  (its cell stays occupied).
- *  Frame: the map's. Cell (ix, iy) covers origin + [ix, ix + 1) x [iy, iy + 1) cells; 10,240 bytes and a little. */
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** @file grid.h  Occupancy grid of 128 x 128 four-bit log-odds cells, with one obstacle point per
+ * occupied cell. Source: Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 9.1, with the
+ * cone of a time-of-flight sensor as a fan of rays (Amanatides and Woo 1987 traversal). Not
+ * implemented: the beam-width model of table 9.2. Cell values: 0 never observed, 1..7 believed
+ * free, 8..15 believed occupied; bit 3 alone says "occupied", so that 32 cells are classified in a
+ * few word operations. Points: at most one per cell, on a lattice of 1/8 cell. A repeated hit
+ * refines it; it goes when its cell is no longer believed occupied. Kept in a 4-way set-associative
+ * table; when a set is full the weakest point yields (its cell stays occupied). Frame: the map's.
+ * Cell (ix, iy) covers origin + [ix, ix + 1) x [iy, iy + 1) cells; 10,240 bytes and a little. */
 #ifndef GRID_H
 #define GRID_H
 
@@ -40,22 +41,24 @@ typedef struct {
 } grid_cell_t;
 
 typedef struct {
-  uint8_t hit;             ///< added to the cell in which a beam ended
-  uint8_t miss;            ///< taken from each cell that a beam passed
-  float fan_half_rad;      ///< free space is drawn this far to both sides of a beam: it is a cone
-  float fan_margin_m;      ///< rays off the axis stop this much before the echo: the cone's edge may see past it
+  uint8_t hit;        ///< added to the cell in which a beam ended
+  uint8_t miss;       ///< taken from each cell that a beam passed
+  float fan_half_rad; ///< free space is drawn this far to both sides of a beam: it is a cone
+  float fan_margin_m; ///< rays off the axis stop this much before the echo: the cone's edge may see
+                      ///< past it
 } grid_config_t;
 
 typedef struct {
-  uint32_t cells[GRID_CELLS / 8];                    ///< cell ix of a row: bits 4 (ix % 8) of word ix / 8
-  uint16_t points[GRID_POINTS];                      ///< see grid_points.c
-  uint32_t changed_rows[GRID_SIDE_CELLS / 32];       ///< rows in which a cell became or ceased to be occupied
-  uint32_t changed_tiles[GRID_TILE_WORDS];           ///< tiles whose picture changed
+  uint32_t cells[GRID_CELLS / 8]; ///< cell ix of a row: bits 4 (ix % 8) of word ix / 8
+  uint16_t points[GRID_POINTS];   ///< see grid_points.c
+  uint32_t
+      changed_rows[GRID_SIDE_CELLS / 32];  ///< rows in which a cell became or ceased to be occupied
+  uint32_t changed_tiles[GRID_TILE_WORDS]; ///< tiles whose picture changed
   grid_config_t cfg;
-  vec2_t origin_m;                                   ///< lower left corner of cell (0, 0)
+  vec2_t origin_m; ///< lower left corner of cell (0, 0)
   float cell_m;
   float cells_per_m;
-  uint16_t known;                                    ///< cells observed at least once
+  uint16_t known; ///< cells observed at least once
 } grid_t;
 
 grid_config_t grid_config_default(void);
@@ -81,12 +84,14 @@ void grid_set_value(grid_t *grid, int ix, int iy, int value);
  *  @return cells whose state (unknown, free, occupied) changed */
 int grid_insert(grid_t *grid, const scan_frame_t *frame, pose2_t map_pose);
 
-/** Occupied cells of row iy as bits, ix = 0 at bit 0 of bits[0]. A row outside the grid is empty. */
+/** Occupied cells of row iy as bits, ix = 0 at bit 0 of bits[0]. A row outside the grid is empty.
+ */
 void grid_occupied_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]);
 /** Cells of row iy that were observed, likewise. */
 void grid_known_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]);
 
-/** True if every cell that the segment, widened to both sides by half_width_m, touches has been observed. */
+/** True if every cell that the segment, widened to both sides by half_width_m, touches has been
+ * observed. */
 bool grid_segment_known(const grid_t *grid, vec2_t a_m, vec2_t b_m, float half_width_m);
 
 /** The obstacle point of a cell; false if it has none. */

@@ -2,8 +2,8 @@
 #pragma GCC optimize("fp-contract=off")
 /* Obstacle points: a 4-way set-associative table of 16-bit entries.
  * Entry: bits 0-5 place in the cell in eighths (x low), 6-11 tag, 12-14 weight, 15 in use.
- * The 14-bit cell index is scrambled by a bijection; its upper 8 bits choose the set, the lower 6 are the tag, so an
- * entry names its cell exactly. */
+ * The 14-bit cell index is scrambled by a bijection; its upper 8 bits choose the set, the lower 6
+ * are the tag, so an entry names its cell exactly. */
 #include "grid.h"
 
 enum {
@@ -74,7 +74,8 @@ void grid_points_add(grid_t *grid, grid_cell_t cell, vec2_t point_m) {
   uint32_t point = grid->points[i];
   uint32_t weight = (point >> WEIGHT_SHIFT) & WEIGHT_MASK;
   uint32_t next = weight < WEIGHT_MAX ? weight + 1u : weight;
-  grid->points[i] = entry(key, mean(point & 7u, x, weight), mean((point >> 3) & 7u, y, weight), next);
+  grid->points[i] =
+      entry(key, mean(point & 7u, x, weight), mean((point >> 3) & 7u, y, weight), next);
 }
 
 void grid_points_remove(grid_t *grid, grid_cell_t cell) {
@@ -97,7 +98,8 @@ bool grid_point(const grid_t *grid, int ix, int iy, vec2_t *point_m) {
   if (place < 0) {
     return false;
   }
-  vec2_t cells = {(float)ix + ((float)(place & 7) + 0.5f) * 0.125f, (float)iy + ((float)(place >> 3) + 0.5f) * 0.125f};
+  vec2_t cells = {(float)ix + ((float)(place & 7) + 0.5f) * 0.125f,
+                  (float)iy + ((float)(place >> 3) + 0.5f) * 0.125f};
   *point_m = grid_to_metres(grid, cells);
   return true;
 }

@@ -6,7 +6,9 @@
 
 enum { SWEEP_EVERY = 4 };
 
-void mapstream_init(mapstream_t *stream) { memset(stream, 0, sizeof *stream); }
+void mapstream_init(mapstream_t *stream) {
+  memset(stream, 0, sizeof *stream);
+}
 
 /** The next changed tile after the cursor, -1 if none. */
 static int changed_tile(const mapstream_t *stream, const grid_t *grid) {
@@ -29,7 +31,8 @@ static int choose_tile(mapstream_t *stream, const grid_t *grid) {
   return tile;
 }
 
-/** Cells and points of a tile. Where points are more than fit, each piece begins with another one. */
+/** Cells and points of a tile. Where points are more than fit, each piece begins with another one.
+ */
 static void fill(const mapstream_t *stream, const grid_t *grid, wire_map_piece_t *piece) {
   int ix0 = piece->tile % GRID_TILES_PER_ROW * GRID_TILE_SIDE_CELLS;
   int iy0 = piece->tile / GRID_TILES_PER_ROW * GRID_TILE_SIDE_CELLS;

@@ -1,5 +1,7 @@
-/** @file mapstream.h  Which piece of the map to send next: changed tiles first, a slow sweep of all the rest between.
- *  Every fourth piece belongs to the sweep, so that whatever was lost comes again. */
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** @file mapstream.h  Which piece of the map to send next: changed tiles first, a slow sweep of all
+ * the rest between. Every fourth piece belongs to the sweep, so that whatever was lost comes again.
+ */
 #ifndef MAPSTREAM_H
 #define MAPSTREAM_H
 
@@ -9,8 +11,8 @@
 #include "wire.h"
 
 typedef struct {
-  uint8_t sweep;    ///< next tile of the sweep
-  uint8_t cursor;   ///< where the search for changed tiles goes on
+  uint8_t sweep;  ///< next tile of the sweep
+  uint8_t cursor; ///< where the search for changed tiles goes on
   uint8_t turn;
   uint8_t rotation; ///< which points of a crowded tile go first
 } mapstream_t;

@@ -15,11 +15,11 @@ enum {
   TO_RETURN,
   TO_LAND,
   TO_FAULT,
-  BY_TASK,     ///< PLAN if there is a task, else HOVER
-  LOOK_AGAIN,  ///< SCAN if there is a task, else HOVER
-  GO,          ///< RETURN if the task is to go home, else FOLLOW
-  AFTER,       ///< at the end of a route: HOVER, SCAN or LAND by the task
-  END = 0x80,  ///< flag: the task is over
+  BY_TASK,    ///< PLAN if there is a task, else HOVER
+  LOOK_AGAIN, ///< SCAN if there is a task, else HOVER
+  GO,         ///< RETURN if the task is to go home, else FOLLOW
+  AFTER,      ///< at the end of a route: HOVER, SCAN or LAND by the task
+  END = 0x80, ///< flag: the task is over
 };
 
 static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
@@ -122,13 +122,13 @@ void mission_init(mission_t *mission) {
 
 static mission_state_t after_arrival(mission_task_t task) {
   switch (task) {
-    case MISSION_TASK_EXPLORE:
-      return MISSION_SCAN;
-    case MISSION_TASK_HOME:
-      return MISSION_LAND;
-    case MISSION_TASK_NONE:
-    case MISSION_TASK_GOTO:
-      break;
+  case MISSION_TASK_EXPLORE:
+    return MISSION_SCAN;
+  case MISSION_TASK_HOME:
+    return MISSION_LAND;
+  case MISSION_TASK_NONE:
+  case MISSION_TASK_GOTO:
+    break;
   }
   return MISSION_HOVER;
 }
@@ -136,16 +136,16 @@ static mission_state_t after_arrival(mission_task_t task) {
 static mission_state_t resolve(uint8_t entry, mission_task_t task) {
   bool has_task = task != MISSION_TASK_NONE;
   switch (entry) {
-    case BY_TASK:
-      return has_task ? MISSION_PLAN : MISSION_HOVER;
-    case LOOK_AGAIN:
-      return has_task ? MISSION_SCAN : MISSION_HOVER;
-    case GO:
-      return task == MISSION_TASK_HOME ? MISSION_RETURN : MISSION_FOLLOW;
-    case AFTER:
-      return after_arrival(task);
-    default:
-      return (mission_state_t)(entry - TO_IDLE);
+  case BY_TASK:
+    return has_task ? MISSION_PLAN : MISSION_HOVER;
+  case LOOK_AGAIN:
+    return has_task ? MISSION_SCAN : MISSION_HOVER;
+  case GO:
+    return task == MISSION_TASK_HOME ? MISSION_RETURN : MISSION_FOLLOW;
+  case AFTER:
+    return after_arrival(task);
+  default:
+    return (mission_state_t)(entry - TO_IDLE);
   }
 }
 
@@ -163,4 +163,6 @@ bool mission_step(mission_t *mission, mission_event_t event) {
   return moves;
 }
 
-bool mission_airborne(mission_state_t state) { return state != MISSION_IDLE && state != MISSION_FAULT; }
+bool mission_airborne(mission_state_t state) {
+  return state != MISSION_IDLE && state != MISSION_FAULT;
+}

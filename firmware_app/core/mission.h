@@ -1,5 +1,7 @@
-/** @file mission.h  What the drone is about: a table of states and events, and why something was refused.
- *  Pure: it sees events, never ranges or maps. nav.h turns the world into events and states into motion. */
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** @file mission.h  What the drone is about: a table of states and events, and why something was
+ * refused. Pure: it sees events, never ranges or maps. nav.h turns the world into events and states
+ * into motion. */
 #ifndef MISSION_H
 #define MISSION_H
 
@@ -22,7 +24,8 @@ typedef enum {
 
 /** As logged in way.state. */
 typedef enum {
-  MISSION_IDLE,    ///< on the ground, motors off; with a task: checking that there is a way before taking off
+  MISSION_IDLE,    ///< on the ground, motors off; with a task: checking that there is a way before
+                   ///< taking off
   MISSION_TAKEOFF, ///< climbing to the flight height
   MISSION_SCAN,    ///< turning a quarter: the four beams see all around
   MISSION_PLAN,    ///< hovering while a route is computed
@@ -36,27 +39,32 @@ typedef enum {
 } mission_state_t;
 
 /** What the flight is for; decides where PLAN aims and what follows arrival. */
-typedef enum { MISSION_TASK_NONE, MISSION_TASK_GOTO, MISSION_TASK_EXPLORE, MISSION_TASK_HOME } mission_task_t;
+typedef enum {
+  MISSION_TASK_NONE,
+  MISSION_TASK_GOTO,
+  MISSION_TASK_EXPLORE,
+  MISSION_TASK_HOME
+} mission_task_t;
 
 typedef enum {
   MISSION_EV_NONE,
-  MISSION_EV_TAKE_OFF,    ///< command
-  MISSION_EV_TASK,        ///< command: a new task is set (go to, explore, home)
-  MISSION_EV_LAND,        ///< command, or a policy says land
-  MISSION_EV_HOLD,        ///< command, or a policy says hold
-  MISSION_EV_SCAN,        ///< command
-  MISSION_EV_HEIGHT,      ///< flight height reached
-  MISSION_EV_SCANNED,     ///< the turn is complete
-  MISSION_EV_WAY_EXISTS,  ///< on the ground: the goal can be reached as far as the map knows
-  MISSION_EV_ROUTE,       ///< a route is ready to fly
-  MISSION_EV_NO_ROUTE,    ///< proven: no way
-  MISSION_EV_LOOK,        ///< the observed part of the route ends here
-  MISSION_EV_BLOCKED,     ///< the map no longer allows the route
-  MISSION_EV_ARRIVED,     ///< end of the route
-  MISSION_EV_NEAR,        ///< the guard backs away
-  MISSION_EV_CLEAR,       ///< the guard has room again
-  MISSION_EV_LANDED,      ///< touched down
-  MISSION_EV_FAILED,      ///< cannot fly any more: tumbled, stopped, locked
+  MISSION_EV_TAKE_OFF,   ///< command
+  MISSION_EV_TASK,       ///< command: a new task is set (go to, explore, home)
+  MISSION_EV_LAND,       ///< command, or a policy says land
+  MISSION_EV_HOLD,       ///< command, or a policy says hold
+  MISSION_EV_SCAN,       ///< command
+  MISSION_EV_HEIGHT,     ///< flight height reached
+  MISSION_EV_SCANNED,    ///< the turn is complete
+  MISSION_EV_WAY_EXISTS, ///< on the ground: the goal can be reached as far as the map knows
+  MISSION_EV_ROUTE,      ///< a route is ready to fly
+  MISSION_EV_NO_ROUTE,   ///< proven: no way
+  MISSION_EV_LOOK,       ///< the observed part of the route ends here
+  MISSION_EV_BLOCKED,    ///< the map no longer allows the route
+  MISSION_EV_ARRIVED,    ///< end of the route
+  MISSION_EV_NEAR,       ///< the guard backs away
+  MISSION_EV_CLEAR,      ///< the guard has room again
+  MISSION_EV_LANDED,     ///< touched down
+  MISSION_EV_FAILED,     ///< cannot fly any more: tumbled, stopped, locked
   MISSION_EVENTS,
 } mission_event_t;
 
@@ -67,20 +75,20 @@ typedef enum {
   MISSION_NO_RANGER_DECK,
   MISSION_BATTERY_LOW,
   MISSION_BATTERY_EMPTY,
-  MISSION_ESTIMATOR,         ///< position estimate has not settled, or jumped in flight
-  MISSION_CANNOT_FLY,        ///< not armed, locked or crashed: the supervisor says no
-  MISSION_BAD_VALUE,         ///< not a number, or out of range
+  MISSION_ESTIMATOR,  ///< position estimate has not settled, or jumped in flight
+  MISSION_CANNOT_FLY, ///< not armed, locked or crashed: the supervisor says no
+  MISSION_BAD_VALUE,  ///< not a number, or out of range
   MISSION_OUTSIDE_GRID,
   MISSION_OUTSIDE_AREA,
-  MISSION_GOAL_OCCUPIED,     ///< nearer to an obstacle than the clearance
-  MISSION_GOAL_UNREACHABLE,  ///< walled off, as far as the map knows
+  MISSION_GOAL_OCCUPIED,    ///< nearer to an obstacle than the clearance
+  MISSION_GOAL_UNREACHABLE, ///< walled off, as far as the map knows
   MISSION_NOT_FLYING,
   MISSION_UNKNOWN_COMMAND,
-  MISSION_BAD_AREA,          ///< empty, or larger than the grid
-  MISSION_FLYING,            ///< only possible on the ground
+  MISSION_BAD_AREA, ///< empty, or larger than the grid
+  MISSION_FLYING,   ///< only possible on the ground
   MISSION_LINK_LOST,
-  MISSION_STUCK,             ///< too many attempts without progress
-  MISSION_RANGES_FROZEN,     ///< the ranges have stopped changing
+  MISSION_STUCK,         ///< too many attempts without progress
+  MISSION_RANGES_FROZEN, ///< the ranges have stopped changing
   MISSION_TUMBLED,
   MISSION_REASONS,
 } mission_reason_t;
@@ -92,7 +100,8 @@ typedef struct {
 } mission_t;
 
 void mission_init(mission_t *mission);
-/** Apply one event. @return true if the state was entered anew (also when it is the same state again) */
+/** Apply one event. @return true if the state was entered anew (also when it is the same state
+ * again) */
 bool mission_step(mission_t *mission, mission_event_t event);
 /** Motors may run in this state. */
 bool mission_airborne(mission_state_t state);

@@ -9,7 +9,7 @@
 
 enum { CLEARANCE_ROWS_PER_TICK = 24 };
 
-static const float JUMP_M = 0.5f;          ///< in one tick: no drone does that, an estimator reset does
+static const float JUMP_M = 0.5f; ///< in one tick: no drone does that, an estimator reset does
 static const float MAPPING_HEIGHT_M = 0.2f; ///< lower, the beams see the floor
 static const float ODOMETRY_MAX_M = 1000.0f;
 
@@ -25,7 +25,8 @@ void nav_init(nav_t *nav, const nav_config_t *cfg) {
 }
 
 void nav_make_clearance(nav_t *nav) {
-  clearance_init(&nav->clearance, &nav->grid, nav->cfg.clearance_m, nav->cfg.area_min_m, nav->cfg.area_max_m);
+  clearance_init(&nav->clearance, &nav->grid, nav->cfg.clearance_m, nav->cfg.area_min_m,
+                 nav->cfg.area_max_m);
 }
 
 void nav_make_map(nav_t *nav) {
@@ -38,8 +39,9 @@ void nav_make_map(nav_t *nav) {
 }
 
 static bool odometry_usable(const scan_odometry_t *odometry) {
-  float sum = fabsf(odometry->pose.x_m) + fabsf(odometry->pose.y_m) + fabsf(odometry->pose.yaw_rad) +
-              fabsf(odometry->height_m) + fabsf(odometry->roll_rad) + fabsf(odometry->pitch_rad);
+  float sum = fabsf(odometry->pose.x_m) + fabsf(odometry->pose.y_m) +
+              fabsf(odometry->pose.yaw_rad) + fabsf(odometry->height_m) +
+              fabsf(odometry->roll_rad) + fabsf(odometry->pitch_rad);
   return sum < ODOMETRY_MAX_M;
 }
 
@@ -65,8 +67,8 @@ static void take_input(nav_t *nav, const nav_input_t *input) {
   nav->input.odometry.pose.yaw_rad = geometry_wrap_rad(nav->input.odometry.pose.yaw_rad);
 }
 
-/** Keep the odometry frame tied to the map: on the ground through estimator resets; before the first take-off the map
- *  begins wherever the drone stands. */
+/** Keep the odometry frame tied to the map: on the ground through estimator resets; before the
+ * first take-off the map begins wherever the drone stands. */
 static void tie_frames(nav_t *nav, pose2_t odometry_before) {
   pose2_t odometry = nav->input.odometry.pose;
   vec2_t moved = vec2_sub(pose2_position(odometry), pose2_position(odometry_before));
@@ -84,7 +86,8 @@ static void tie_frames(nav_t *nav, pose2_t odometry_before) {
 }
 
 static bool may_map(const nav_t *nav) {
-  return nav->mapped && mission_airborne(nav->mission.state) && nav->input.odometry.height_m > MAPPING_HEIGHT_M;
+  return nav->mapped && mission_airborne(nav->mission.state) &&
+         nav->input.odometry.height_m > MAPPING_HEIGHT_M;
 }
 
 static void report(nav_t *nav) {
@@ -104,7 +107,8 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   tie_frames(nav, odometry_before);
 
   scan_frame_t frame;
-  bool fresh = scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_map(nav);
+  bool fresh =
+      scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_map(nav);
   if (fresh) {
     slam_update(&nav->slam, &nav->grid, &frame);
     grid_insert(&nav->grid, &frame, slam_to_map(&nav->slam, frame.pose));
@@ -160,4 +164,6 @@ void nav_next_map_piece(nav_t *nav, uint8_t *bytes) {
   mapstream_next(&nav->stream, &nav->grid, nav->epoch, bytes);
 }
 
-void nav_resend_map(nav_t *nav) { memset(nav->grid.changed_tiles, 0xFF, sizeof nav->grid.changed_tiles); }
+void nav_resend_map(nav_t *nav) {
+  memset(nav->grid.changed_tiles, 0xFF, sizeof nav->grid.changed_tiles);
+}

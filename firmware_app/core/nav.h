@@ -1,9 +1,13 @@
-/** @file nav.h  The whole pipeline: one call a tick, sensors and commands in, setpoint and events out.
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** @file nav.h  The whole pipeline: one call a tick, sensors and commands in, setpoint and events
+ * out.
  *
- *      ranges + odometry -> scan -> slam -> grid -> clearance -> (wavefront, rrtstar -> route) -> follower -> guard
+ *      ranges + odometry -> scan -> slam -> grid -> clearance -> (wavefront, rrtstar -> route) ->
+ * follower -> guard
  *
- *  nav_t owns one of each; nothing else is remembered anywhere, and two nav_t never touch each other.
- *  SI units, radians, map frame unless said otherwise. No call blocks; the work of a tick is bounded. */
+ *  nav_t owns one of each; nothing else is remembered anywhere, and two nav_t never touch each
+ * other. SI units, radians, map frame unless said otherwise. No call blocks; the work of a tick is
+ * bounded. */
 #ifndef NAV_H
 #define NAV_H
 
@@ -29,9 +33,16 @@ enum { NAV_EVENTS = 8 };
 typedef enum { NAV_PLANNER_RRTSTAR, NAV_PLANNER_GRID, NAV_PLANNERS } nav_planner_t;
 typedef enum { NAV_SLAM_OFF, NAV_SLAM_MAP, NAV_SLAM_ESTIMATOR, NAV_SLAM_MODES } nav_slam_mode_t;
 /** When the ground falls silent. */
-typedef enum { NAV_LOST_GO_ON, NAV_LOST_HOLD, NAV_LOST_HOME, NAV_LOST_LAND, NAV_LOST_POLICIES } nav_lost_t;
+typedef enum {
+  NAV_LOST_GO_ON,
+  NAV_LOST_HOLD,
+  NAV_LOST_HOME,
+  NAV_LOST_LAND,
+  NAV_LOST_POLICIES
+} nav_lost_t;
 
-/** Everything a user may tune. Copied at init and by nav_configure; see nav_config_default for the numbers. */
+/** Everything a user may tune. Copied at init and by nav_configure; see nav_config_default for the
+ * numbers. */
 typedef struct {
   scan_config_t scan;
   grid_config_t grid;
@@ -39,15 +50,15 @@ typedef struct {
   follower_config_t follower;
   guard_config_t guard;
   float height_m;
-  float clearance_m;       ///< from obstacles, drone radius included
-  float cell_m;            ///< taken when the map is made
-  vec2_t area_min_m;       ///< the fence; the grid is centred on it when the map is made
+  float clearance_m; ///< from obstacles, drone radius included
+  float cell_m;      ///< taken when the map is made
+  vec2_t area_min_m; ///< the fence; the grid is centred on it when the map is made
   vec2_t area_max_m;
   float low_battery_v;
   float lost_time_s;
   float climb_mps;
   float descend_mps;
-  float scan_turn_rad;     ///< a quarter turn and a little
+  float scan_turn_rad; ///< a quarter turn and a little
   float scan_rate_rps;
   float known_half_width_m; ///< a corridor is flown only if this much on both sides was observed
   uint32_t seed;
@@ -60,7 +71,7 @@ typedef enum {
   NAV_HAS_FLOW = 1,
   NAV_HAS_RANGER = 2,
   NAV_ESTIMATOR_SETTLED = 4,
-  NAV_CAN_FLY = 8,   ///< armed, not locked, not crashed
+  NAV_CAN_FLY = 8, ///< armed, not locked, not crashed
   NAV_IS_FLYING = 16,
   NAV_TUMBLED = 32,
   NAV_LINK_ALIVE = 64,
@@ -68,10 +79,10 @@ typedef enum {
 
 typedef struct {
   scan_odometry_t odometry;
-  vec2_t velocity_mps;         ///< odometry frame
-  float range_m[SCAN_RANGES];  ///< negative: none
+  vec2_t velocity_mps;        ///< odometry frame
+  float range_m[SCAN_RANGES]; ///< negative: none
   float battery_v;
-  uint8_t flags;               ///< nav_flag_t
+  uint8_t flags; ///< nav_flag_t
 } nav_input_t;
 
 typedef struct {
@@ -81,23 +92,23 @@ typedef struct {
 
 /** What the vehicle shall do now. */
 typedef struct {
-  bool motors;               ///< false: no setpoint is needed
+  bool motors; ///< false: no setpoint is needed
   float height_m;
-  vec2_t velocity_body_mps;  ///< level, x forward, y left
+  vec2_t velocity_body_mps; ///< level, x forward, y left
   float yaw_rate_rps;
 } nav_setpoint_t;
 
 /** For logs and the ground. */
 typedef struct {
-  pose2_t pose;           ///< map frame
+  pose2_t pose; ///< map frame
   vec2_t goal_m;
-  float path_m;           ///< length of the present route
+  float path_m; ///< length of the present route
   uint16_t known_cells;
   uint16_t plan_nodes;
-  uint8_t confidence;     ///< [%]
-  uint8_t state;          ///< mission_state_t
-  uint8_t fault;          ///< mission_reason_t
-  uint8_t task;           ///< mission_task_t
+  uint8_t confidence; ///< [%]
+  uint8_t state;      ///< mission_state_t
+  uint8_t fault;      ///< mission_reason_t
+  uint8_t task;       ///< mission_task_t
 } nav_status_t;
 
 /** The two searches take turns in one arena. */
@@ -119,7 +130,9 @@ typedef struct {
   vec2_t start_cells;
   vec2_t goal_cells;
   uint32_t first_iterations; ///< that the first way took, 0 before
-  uint8_t attempts;          ///< since the last progress
+  uint16_t known_cells;      ///< when the last frontier was reached
+  uint8_t looks_left;        ///< turns to look around that are left before "no way" is final
+  uint8_t stalls;            ///< stops without progress, one after the other
 } nav_plan_t;
 
 typedef struct {
@@ -136,27 +149,27 @@ typedef struct {
   mapstream_t stream;
   nav_plan_t plan;
   nav_status_t status;
-  nav_input_t input;          ///< of the present tick
-  pose2_t pose;               ///< map frame, now
+  nav_input_t input; ///< of the present tick
+  pose2_t pose;      ///< map frame, now
   pose2_t home;
-  pose2_t post;               ///< held while hovering
+  pose2_t post; ///< held while hovering
   vec2_t goal_m;
   wire_event_t events[NAV_EVENTS];
   uint16_t event_sequence;
   uint8_t event_first, event_count;
-  uint8_t epoch;              ///< of the map
-  bool mapped;                ///< the map frame is fixed: since the first take-off
-  float tick_s;               ///< since the tick before
-  float height_sp_m;          ///< ramped
-  float turned_rad;           ///< in this scan
-  float allowed_m;            ///< observed part of the route
-  float best_progress_m;      ///< along the route since it was made
+  uint8_t epoch;         ///< of the map
+  bool mapped;           ///< the map frame is fixed: since the first take-off
+  float tick_s;          ///< since the tick before
+  float height_sp_m;     ///< ramped
+  float turned_rad;      ///< in this scan
+  float allowed_m;       ///< observed part of the route
+  float best_progress_m; ///< along the route since it was made
   uint32_t state_since_ms;
   uint32_t link_seen_ms;
-  uint32_t battery_good_ms;   ///< when the battery was last above the limit
-  uint32_t estimate_good_ms;  ///< when the odometry was last usable
-  bool link_lost;             ///< the policy has acted
-  bool battery_low;           ///< likewise
+  uint32_t battery_good_ms;  ///< when the battery was last above the limit
+  uint32_t estimate_good_ms; ///< when the odometry was last usable
+  bool link_lost;            ///< the policy has acted
+  bool battery_low;          ///< likewise
 } nav_t;
 
 nav_config_t nav_config_default(void);
@@ -165,18 +178,19 @@ mission_reason_t nav_config_check(const nav_config_t *cfg);
 
 /** cfg must have passed nav_config_check. */
 void nav_init(nav_t *nav, const nav_config_t *cfg);
-/** Take new values between two ticks; area and cell size wait until the map is made anew. Refused values change
- *  nothing. */
+/** Take new values between two ticks; area and cell size wait until the map is made anew. Refused
+ * values change nothing. */
 mission_reason_t nav_configure(nav_t *nav, const nav_config_t *cfg);
 
-/** Take or refuse a command, by what is known now. A goal that turns out unreachable is refused later by an event. */
+/** Take or refuse a command, by what is known now. A goal that turns out unreachable is refused
+ * later by an event. */
 mission_reason_t nav_command(nav_t *nav, const nav_command_t *command);
 
 /** One tick. Input that is not finite is replaced by what was known before. */
 nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input);
 
-/** Oldest event not taken yet; false if there is none. When more than NAV_EVENTS wait the oldest are lost, and a gap
- *  in the sequence numbers says so. */
+/** Oldest event not taken yet; false if there is none. When more than NAV_EVENTS wait the oldest
+ * are lost, and a gap in the sequence numbers says so. */
 bool nav_take_event(nav_t *nav, wire_event_t *event);
 /** What the ground must know before it can read the map. */
 wire_hello_t nav_hello(const nav_t *nav);

@@ -9,7 +9,8 @@
 
 static const float DEG = 0.0174532925f;
 static const float AREA_MAX_M = 30.0f;
-static const float TAKE_OFF_MARGIN_V = 0.2f; ///< a battery without load must stand this much above the limit
+static const float TAKE_OFF_MARGIN_V =
+    0.2f; ///< a battery without load must stand this much above the limit
 
 nav_config_t nav_config_default(void) {
   return (nav_config_t){
@@ -19,7 +20,7 @@ nav_config_t nav_config_default(void) {
       .follower = follower_config_default(),
       .guard = guard_config_default(),
       .height_m = 0.4f,
-      .clearance_m = 0.22f,
+      .clearance_m = 0.17f,
       .cell_m = 0.05f,
       .area_min_m = {-3.2f, -3.2f},
       .area_max_m = {3.2f, 3.2f},
@@ -37,27 +38,35 @@ nav_config_t nav_config_default(void) {
   };
 }
 
-static bool within(float value, float low, float high) { return value >= low && value <= high; }
+static bool within(float value, float low, float high) {
+  return value >= low && value <= high;
+}
 
 mission_reason_t nav_config_check(const nav_config_t *cfg) {
   bool good = within(cfg->height_m, 0.2f, 2.0f) && within(cfg->follower.speed_mps, 0.05f, 1.0f) &&
               within(cfg->clearance_m, 0.08f, 0.5f) && within(cfg->cell_m, 0.02f, 0.5f) &&
               within(cfg->follower.turn_rate_rps, -120.0f * DEG, 120.0f * DEG) &&
-              within(cfg->area_min_m.x, -AREA_MAX_M, AREA_MAX_M) && within(cfg->area_min_m.y, -AREA_MAX_M, AREA_MAX_M) &&
-              within(cfg->area_max_m.x, -AREA_MAX_M, AREA_MAX_M) && within(cfg->area_max_m.y, -AREA_MAX_M, AREA_MAX_M) &&
+              within(cfg->area_min_m.x, -AREA_MAX_M, AREA_MAX_M) &&
+              within(cfg->area_min_m.y, -AREA_MAX_M, AREA_MAX_M) &&
+              within(cfg->area_max_m.x, -AREA_MAX_M, AREA_MAX_M) &&
+              within(cfg->area_max_m.y, -AREA_MAX_M, AREA_MAX_M) &&
               within(cfg->low_battery_v, 2.8f, 4.2f) && within(cfg->lost_time_s, 0.5f, 600.0f) &&
               (unsigned)cfg->planner < NAV_PLANNERS && (unsigned)cfg->slam < NAV_SLAM_MODES &&
-              (unsigned)cfg->lost < NAV_LOST_POLICIES && (unsigned)cfg->follower.yaw_mode < FOLLOWER_YAW_MODES;
+              (unsigned)cfg->lost < NAV_LOST_POLICIES &&
+              (unsigned)cfg->follower.yaw_mode < FOLLOWER_YAW_MODES;
   return good ? MISSION_OK : MISSION_BAD_VALUE;
 }
 
-static bool same_place(vec2_t a, vec2_t b) { return a.x == b.x && a.y == b.y; }
+static bool same_place(vec2_t a, vec2_t b) {
+  return a.x == b.x && a.y == b.y;
+}
 
 mission_reason_t nav_configure(nav_t *nav, const nav_config_t *cfg) {
   if (nav_config_check(cfg) != MISSION_OK) {
     return MISSION_BAD_VALUE;
   }
-  bool new_area = !same_place(cfg->area_min_m, nav->cfg.area_min_m) || !same_place(cfg->area_max_m, nav->cfg.area_max_m);
+  bool new_area = !same_place(cfg->area_min_m, nav->cfg.area_min_m) ||
+                  !same_place(cfg->area_max_m, nav->cfg.area_max_m);
   bool new_cell = cfg->cell_m != nav->cfg.cell_m;
   bool new_radius = cfg->clearance_m != nav->cfg.clearance_m;
   nav->cfg = *cfg;
@@ -73,7 +82,8 @@ static bool area_usable(const nav_t *nav) {
   float width_m = nav->cfg.area_max_m.x - nav->cfg.area_min_m.x;
   float depth_m = nav->cfg.area_max_m.y - nav->cfg.area_min_m.y;
   float side_m = (float)GRID_SIDE_CELLS * nav->grid.cell_m + 1.0e-3f;
-  return width_m > 0.5f && depth_m > 0.5f && (nav->mapped || (width_m <= side_m && depth_m <= side_m));
+  return width_m > 0.5f && depth_m > 0.5f &&
+         (nav->mapped || (width_m <= side_m && depth_m <= side_m));
 }
 
 /** May it leave the ground? */
@@ -103,7 +113,8 @@ static mission_reason_t preflight(const nav_t *nav) {
 static mission_reason_t check_goal(nav_t *nav, vec2_t goal_m) {
   grid_cell_t cell;
   if (!(fabsf(goal_m.x) < AREA_MAX_M && fabsf(goal_m.y) < AREA_MAX_M)) {
-    return geometry_is_finite(goal_m.x) && geometry_is_finite(goal_m.y) ? MISSION_OUTSIDE_GRID : MISSION_BAD_VALUE;
+    return geometry_is_finite(goal_m.x) && geometry_is_finite(goal_m.y) ? MISSION_OUTSIDE_GRID
+                                                                        : MISSION_BAD_VALUE;
   }
   if (!grid_locate(&nav->grid, goal_m, &cell)) {
     return MISSION_OUTSIDE_GRID;
@@ -127,13 +138,13 @@ static mission_reason_t command_goto(nav_t *nav, vec2_t goal_m) {
 
 static mission_reason_t command_grounded(nav_t *nav, const nav_command_t *command) {
   switch (command->cmd) {
-    case MISSION_CMD_HOME:
-    case MISSION_CMD_LAND:
-    case MISSION_CMD_HOLD:
-    case MISSION_CMD_SCAN:
-      return MISSION_NOT_FLYING;
-    default:
-      break;
+  case MISSION_CMD_HOME:
+  case MISSION_CMD_LAND:
+  case MISSION_CMD_HOLD:
+  case MISSION_CMD_SCAN:
+    return MISSION_NOT_FLYING;
+  default:
+    break;
   }
   mission_reason_t reason = preflight(nav);
   if (reason != MISSION_OK) {
@@ -142,32 +153,33 @@ static mission_reason_t command_grounded(nav_t *nav, const nav_command_t *comman
   if (command->cmd == MISSION_CMD_GOTO) {
     return command_goto(nav, command->goal_m);
   }
-  nav->mission.task = command->cmd == MISSION_CMD_EXPLORE ? MISSION_TASK_EXPLORE : MISSION_TASK_NONE;
+  nav->mission.task =
+      command->cmd == MISSION_CMD_EXPLORE ? MISSION_TASK_EXPLORE : MISSION_TASK_NONE;
   nav_apply(nav, MISSION_EV_TAKE_OFF);
   return MISSION_OK;
 }
 
 static mission_reason_t command_airborne(nav_t *nav, const nav_command_t *command) {
   switch (command->cmd) {
-    case MISSION_CMD_GOTO:
-      return command_goto(nav, command->goal_m);
-    case MISSION_CMD_EXPLORE:
-      nav_set_task(nav, MISSION_TASK_EXPLORE);
-      return MISSION_OK;
-    case MISSION_CMD_HOME:
-      nav_set_task(nav, MISSION_TASK_HOME);
-      return MISSION_OK;
-    case MISSION_CMD_LAND:
-      nav_apply(nav, MISSION_EV_LAND);
-      return MISSION_OK;
-    case MISSION_CMD_HOLD:
-      nav_apply(nav, MISSION_EV_HOLD);
-      return MISSION_OK;
-    case MISSION_CMD_SCAN:
-      nav_apply(nav, MISSION_EV_SCAN);
-      return MISSION_OK;
-    default:
-      return MISSION_FLYING;
+  case MISSION_CMD_GOTO:
+    return command_goto(nav, command->goal_m);
+  case MISSION_CMD_EXPLORE:
+    nav_set_task(nav, MISSION_TASK_EXPLORE);
+    return MISSION_OK;
+  case MISSION_CMD_HOME:
+    nav_set_task(nav, MISSION_TASK_HOME);
+    return MISSION_OK;
+  case MISSION_CMD_LAND:
+    nav_apply(nav, MISSION_EV_LAND);
+    return MISSION_OK;
+  case MISSION_CMD_HOLD:
+    nav_apply(nav, MISSION_EV_HOLD);
+    return MISSION_OK;
+  case MISSION_CMD_SCAN:
+    nav_apply(nav, MISSION_EV_SCAN);
+    return MISSION_OK;
+  default:
+    return MISSION_FLYING;
   }
 }
 

@@ -6,69 +6,84 @@
 #include "nav.h"
 #include "nav_parts.h"
 
-enum { LOOKS_MAX = 6 };
+enum {
+  STALLS_MAX = 6,      ///< stops without progress before a task is given up
+  LOOKS = 4,           ///< turns to look around before "no way" is final
+  FRONTIER_CELLS = 20, ///< fewer new cells at a frontier are no progress
+  FRONTIERS_VAIN = 3   ///< frontiers without progress that end an exploration
+};
 
 static const float HEIGHT_REACHED_M = 0.06f;
 static const float LANDED_M = 0.05f;
-static const float LANDED_BELOW_M = -0.3f;  ///< setpoint this far under the floor: it must have touched down
-static const float GUARD_HEIGHT_M = 0.15f;  ///< lower, the beams see the floor
+static const float LANDED_BELOW_M =
+    -0.3f; ///< setpoint this far under the floor: it must have touched down
+static const float GUARD_HEIGHT_M = 0.15f; ///< lower, the beams see the floor
 static const float BATTERY_HOLD_MS = 2000.0f;
 static const float BATTERY_EMPTY_BELOW_V = 0.15f;
-static const float PROGRESS_M = 0.25f;      ///< along a route: what counts as progress
+static const float PROGRESS_M = 0.25f; ///< along a route: what counts as progress
 static const uint32_t STEP_TIMEOUT_MS = 8000u;
 static const uint32_t STALL_MS = 10000u;
 static const uint32_t FROZEN_MS = 1000u;
 static const uint32_t BAD_ESTIMATE_MS = 300u;
 
-static uint32_t now_ms(const nav_t *nav) { return nav->input.odometry.time_ms; }
+static uint32_t now_ms(const nav_t *nav) {
+  return nav->input.odometry.time_ms;
+}
 
 void nav_fault(nav_t *nav, mission_reason_t reason) {
   nav->mission.fault = reason;
   nav_emit(nav, WIRE_EVENT_FAULT, (uint8_t)reason, pose2_position(nav->pose));
 }
 
+/** A goal that the map refuses when it is asked for is refused at once; all else deserves a second
+ * look. */
 void nav_set_task(nav_t *nav, mission_task_t task) {
   nav->mission.task = task;
-  nav->plan.attempts = 0;
+  nav->plan.looks_left = task == MISSION_TASK_GOTO ? 0 : LOOKS;
+  nav->plan.stalls = 0;
   nav_apply(nav, MISSION_EV_TASK);
 }
 
-static void enter_takeoff(nav_t *nav) {
+static void leave_ground(nav_t *nav) {
   nav->mapped = true;
   nav->home = nav->pose;
   nav->height_sp_m = nav->input.odometry.height_m;
   nav->link_lost = false;
   nav->battery_low = false;
   nav->mission.fault = MISSION_OK;
-  nav->plan.attempts = 0;
+  nav->plan.looks_left = LOOKS;
+  nav->plan.stalls = 0;
+  nav->plan.known_cells = 0;
 }
 
-static void enter_state(nav_t *nav) {
+static void enter_state(nav_t *nav, mission_state_t before) {
   nav->state_since_ms = now_ms(nav);
   nav->post = nav->pose;
   switch (nav->mission.state) {
-    case MISSION_IDLE:
-    case MISSION_PLAN:
-      nav->plan.stage = NAV_PLAN_BEGIN;
-      break;
-    case MISSION_TAKEOFF:
-      enter_takeoff(nav);
-      break;
-    case MISSION_SCAN:
-      nav->turned_rad = 0.0f;
-      break;
-    case MISSION_FOLLOW:
-    case MISSION_RETURN:
-      follower_start(&nav->follower, nav->pose.yaw_rad);
-      nav->best_progress_m = 0.0f;
-      nav->allowed_m = route_known_m(&nav->route, &nav->grid, nav->cfg.known_half_width_m);
-      break;
-    case MISSION_AVOID:
-    case MISSION_HOVER:
-    case MISSION_LAND:
-    case MISSION_FAULT:
-    case MISSION_STATES:
-      break;
+  case MISSION_IDLE:
+  case MISSION_PLAN:
+    nav->plan.stage = NAV_PLAN_BEGIN;
+    break;
+  case MISSION_TAKEOFF:
+    if (!mission_airborne(before)) {
+      leave_ground(nav);
+    }
+    break;
+  case MISSION_SCAN:
+    nav->turned_rad = 0.0f;
+    break;
+  case MISSION_FOLLOW:
+  case MISSION_RETURN:
+    follower_start(&nav->follower, nav->pose.yaw_rad);
+    nav->best_progress_m = 0.0f;
+    nav->allowed_m = route_known_m(&nav->route, &nav->grid, nav->cfg.known_half_width_m);
+    break;
+  case MISSION_AVOID:
+  case MISSION_HOVER:
+  case MISSION_LAND:
+  case MISSION_FAULT:
+  case MISSION_STATES:
+    break;
   }
 }
 
@@ -80,7 +95,7 @@ void nav_apply(nav_t *nav, mission_event_t event) {
   if (nav->mission.state != before) {
     nav_emit(nav, WIRE_EVENT_STATE, (uint8_t)nav->mission.state, pose2_position(nav->pose));
   }
-  enter_state(nav);
+  enter_state(nav, before);
 }
 
 static void watch_battery(nav_t *nav) {
@@ -108,7 +123,8 @@ static void watch_link(nav_t *nav) {
     return;
   }
   bool late = (float)(now_ms(nav) - nav->link_seen_ms) > nav->cfg.lost_time_s * 1000.0f;
-  if (!late || nav->link_lost || nav->cfg.lost == NAV_LOST_GO_ON || nav->mission.state == MISSION_LAND) {
+  if (!late || nav->link_lost || nav->cfg.lost == NAV_LOST_GO_ON ||
+      nav->mission.state == MISSION_LAND) {
     return;
   }
   nav->link_lost = true;
@@ -147,9 +163,13 @@ void nav_watch(nav_t *nav) {
   watch_senses(nav);
 }
 
-static float ramp(float from, float to, float step) { return from + geometry_clamp(to - from, -step, step); }
+static float ramp(float from, float to, float step) {
+  return from + geometry_clamp(to - from, -step, step);
+}
 
-static bool waited(const nav_t *nav, uint32_t timeout_ms) { return now_ms(nav) - nav->state_since_ms > timeout_ms; }
+static bool waited(const nav_t *nav, uint32_t timeout_ms) {
+  return now_ms(nav) - nav->state_since_ms > timeout_ms;
+}
 
 static void steer_height(nav_t *nav) {
   float height_m = nav->input.odometry.height_m;
@@ -194,7 +214,7 @@ static int route_index(const nav_t *nav) {
 
 /** Too many looks without getting on: give up, say so, hold. */
 static void look_again(nav_t *nav) {
-  if (++nav->plan.attempts > LOOKS_MAX) {
+  if (++nav->plan.stalls > STALLS_MAX) {
     nav_emit(nav, WIRE_EVENT_REFUSED, MISSION_STUCK, pose2_position(nav->pose));
     nav->mission.fault = MISSION_STUCK;
     nav_apply(nav, MISSION_EV_HOLD);
@@ -207,8 +227,27 @@ static void note_progress(nav_t *nav) {
   if (nav->follower.progress_m > nav->best_progress_m + PROGRESS_M) {
     nav->best_progress_m = nav->follower.progress_m;
     nav->state_since_ms = now_ms(nav);
-    nav->plan.attempts = 0;
+    nav->plan.stalls = 0;
+    nav->plan.looks_left = LOOKS;
   }
+}
+
+/** At the end of a route. An exploration ends when frontiers show nothing new. */
+static void arrive(nav_t *nav) {
+  nav_emit(nav, WIRE_EVENT_ARRIVED, (uint8_t)nav->mission.task, pose2_position(nav->pose));
+  if (nav->mission.task == MISSION_TASK_EXPLORE) {
+    bool vain = nav->grid.known < nav->plan.known_cells + FRONTIER_CELLS;
+    nav->plan.known_cells = nav->grid.known;
+    nav->plan.stalls = vain ? (uint8_t)(nav->plan.stalls + 1u) : 0;
+    if (nav->plan.stalls >= FRONTIERS_VAIN) {
+      nav_emit(nav, WIRE_EVENT_EXPLORED, 0, pose2_position(nav->pose));
+      nav_set_task(nav, MISSION_TASK_HOME);
+      return;
+    }
+  }
+  nav_apply(nav, MISSION_EV_ARRIVED);
+  nav->post.x_m = nav->goal_m.x;
+  nav->post.y_m = nav->goal_m.y;
 }
 
 static follower_command_t follow(nav_t *nav, bool fresh) {
@@ -219,14 +258,11 @@ static follower_command_t follow(nav_t *nav, bool fresh) {
   vec2_t v = nav->input.velocity_mps;
   vec2_t velocity_mps = {turn.cos * v.x - turn.sin * v.y, turn.sin * v.x + turn.cos * v.y};
   follower_command_t command;
-  follower_status_t status = follower_step(&nav->follower, &nav->cfg.follower, &nav->route, nav->pose, velocity_mps,
-                                           nav->allowed_m, &command);
+  follower_status_t status = follower_step(&nav->follower, &nav->cfg.follower, &nav->route,
+                                           nav->pose, velocity_mps, nav->allowed_m, &command);
   note_progress(nav);
   if (status == FOLLOWER_ARRIVED) {
-    nav_emit(nav, WIRE_EVENT_ARRIVED, (uint8_t)nav->mission.task, pose2_position(nav->pose));
-    nav_apply(nav, MISSION_EV_ARRIVED);
-    nav->post.x_m = nav->goal_m.x;
-    nav->post.y_m = nav->goal_m.y;
+    arrive(nav);
   } else if (status == FOLLOWER_AT_LIMIT || waited(nav, STALL_MS)) {
     look_again(nav);
   } else if (fresh && route_blocked(&nav->route, &nav->grid, &nav->clearance, route_index(nav))) {
@@ -237,21 +273,21 @@ static follower_command_t follow(nav_t *nav, bool fresh) {
 
 static follower_command_t command_of_state(nav_t *nav, bool fresh) {
   switch (nav->mission.state) {
-    case MISSION_SCAN:
-      return turn_around(nav);
-    case MISSION_FOLLOW:
-    case MISSION_RETURN:
-      return follow(nav, fresh);
-    case MISSION_AVOID:
-      return (follower_command_t){.velocity_mps = {0.0f, 0.0f}, .yaw_rate_rps = 0.0f};
-    case MISSION_IDLE:
-    case MISSION_TAKEOFF:
-    case MISSION_PLAN:
-    case MISSION_HOVER:
-    case MISSION_LAND:
-    case MISSION_FAULT:
-    case MISSION_STATES:
-      break;
+  case MISSION_SCAN:
+    return turn_around(nav);
+  case MISSION_FOLLOW:
+  case MISSION_RETURN:
+    return follow(nav, fresh);
+  case MISSION_AVOID:
+    return (follower_command_t){.velocity_mps = {0.0f, 0.0f}, .yaw_rate_rps = 0.0f};
+  case MISSION_IDLE:
+  case MISSION_TAKEOFF:
+  case MISSION_PLAN:
+  case MISSION_HOVER:
+  case MISSION_LAND:
+  case MISSION_FAULT:
+  case MISSION_STATES:
+    break;
   }
   return follower_hold(&nav->cfg.follower, nav->pose, nav->post);
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 /** @file nav_parts.h  What the files of nav share among themselves; nobody else includes it. */
 #ifndef NAV_PARTS_H
 #define NAV_PARTS_H
@@ -17,12 +18,14 @@ void nav_make_map(nav_t *nav);
 /** Clearance for the present radius and fence, all stale. */
 void nav_make_clearance(nav_t *nav);
 
-/** One slice of planning, where the state asks for it. A new plan is asked for by plan.stage = NAV_PLAN_BEGIN. */
+/** One slice of planning, where the state asks for it. A new plan is asked for by plan.stage =
+ * NAV_PLAN_BEGIN. */
 void nav_plan_step(nav_t *nav);
 
 /** Policies: battery, link, supervisor, estimator, ranges. */
 void nav_watch(nav_t *nav);
-/** What the state wants the vehicle to do, past the guard. @param fresh the map was measured anew in this tick */
+/** What the state wants the vehicle to do, past the guard. @param fresh the map was measured anew
+ * in this tick */
 nav_setpoint_t nav_move(nav_t *nav, bool fresh);
 
 #endif

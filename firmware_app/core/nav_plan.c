@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* Planning in slices: a wave proves that there is a way, then RRT* makes it short. Where the tree's pool ends before
- * it finds the way that exists, the wave's own way is flown. */
+/* Planning in slices: a wave proves that there is a way, then RRT* makes it short. Where the tree's
+ * pool ends before it finds the way that exists, the wave's own way is flown. */
 #include "nav.h"
 #include "nav_parts.h"
 
 enum {
   WAVES_PER_TICK = 12,
   SAMPLES_PER_TICK = 24,
-  SAMPLES_EXTRA = 120,  ///< after the first way, at least
+  SAMPLES_EXTRA = 120, ///< after the first way, at least
   SAMPLES_MAX = 3000,
-  LOOKS_MAX = 4,        ///< times to look around again before a goal is given up
   START_FREE_CELLS = 10, ///< how far the way out of an inflated zone may be
 };
 
@@ -18,14 +17,15 @@ static vec2_t goal_of_task(const nav_t *nav) {
   return nav->mission.task == MISSION_TASK_HOME ? pose2_position(nav->home) : nav->goal_m;
 }
 
-static grid_cell_t cell_of(vec2_t cells) { return (grid_cell_t){(int)cells.x, (int)cells.y}; }
+static grid_cell_t cell_of(vec2_t cells) {
+  return (grid_cell_t){(int)cells.x, (int)cells.y};
+}
 
 /** There is no way now. In the air it may be noise: look around and try again, a few times. */
 static void fail(nav_t *nav, mission_reason_t reason, vec2_t place_m) {
   nav->plan.stage = NAV_PLAN_DONE;
-  bool airborne = mission_airborne(nav->mission.state);
-  if (airborne && nav->plan.attempts < LOOKS_MAX) {
-    nav->plan.attempts++;
+  if (mission_airborne(nav->mission.state) && nav->plan.looks_left > 0) {
+    nav->plan.looks_left--;
     nav_apply(nav, MISSION_EV_LOOK);
     return;
   }
@@ -49,7 +49,8 @@ static void begin(nav_t *nav) {
   plan->start_cells = grid_to_cells(&nav->grid, pose2_position(nav->pose));
   plan->goal_cells = grid_to_cells(&nav->grid, goal_of_task(nav));
   if (clearance_blocked_at(&nav->clearance, plan->start_cells) &&
-      !clearance_nearest_free(&nav->clearance, plan->start_cells, START_FREE_CELLS, &plan->start_cells)) {
+      !clearance_nearest_free(&nav->clearance, plan->start_cells, START_FREE_CELLS,
+                              &plan->start_cells)) {
     fail(nav, MISSION_STUCK, pose2_position(nav->pose));
     return;
   }
@@ -79,7 +80,8 @@ static void finish(nav_t *nav, int count) {
 }
 
 static void finish_with_wave(nav_t *nav) {
-  finish(nav, wavefront_path(&nav->arena.wavefront, &nav->clearance, nav->route.points_m, ROUTE_POINTS));
+  finish(nav,
+         wavefront_path(&nav->arena.wavefront, &nav->clearance, nav->route.points_m, ROUTE_POINTS));
 }
 
 /** Nothing more can be reached: the goal is walled off, or everything is explored. */
@@ -105,20 +107,20 @@ static void wave_done(nav_t *nav) {
   } else {
     nav->plan.stage = NAV_PLAN_TREE;
     rrtstar_start(&nav->arena.rrtstar, &nav->cfg.rrtstar, &nav->clearance, nav->plan.start_cells,
-                  nav->plan.goal_cells, nav->cfg.seed + nav->route.revision + nav->plan.attempts);
+                  nav->plan.goal_cells, nav->cfg.seed + nav->route.revision);
   }
 }
 
 static void step_wave(nav_t *nav) {
   switch (wavefront_extend(&nav->arena.wavefront, &nav->clearance, &nav->grid, WAVES_PER_TICK)) {
-    case WAVEFRONT_REACHED:
-      wave_done(nav);
-      break;
-    case WAVEFRONT_EXHAUSTED:
-      exhausted(nav);
-      break;
-    case WAVEFRONT_RUNNING:
-      break;
+  case WAVEFRONT_REACHED:
+    wave_done(nav);
+    break;
+  case WAVEFRONT_EXHAUSTED:
+    exhausted(nav);
+    break;
+  case WAVEFRONT_RUNNING:
+    break;
   }
 }
 
@@ -154,17 +156,17 @@ void nav_plan_step(nav_t *nav) {
     return;
   }
   switch (nav->plan.stage) {
-    case NAV_PLAN_BEGIN:
-      begin(nav);
-      break;
-    case NAV_PLAN_WAVE:
-    case NAV_PLAN_WAVE_AGAIN:
-      step_wave(nav);
-      break;
-    case NAV_PLAN_TREE:
-      step_tree(nav);
-      break;
-    case NAV_PLAN_DONE:
-      break;
+  case NAV_PLAN_BEGIN:
+    begin(nav);
+    break;
+  case NAV_PLAN_WAVE:
+  case NAV_PLAN_WAVE_AGAIN:
+    step_wave(nav);
+    break;
+  case NAV_PLAN_TREE:
+    step_tree(nav);
+    break;
+  case NAV_PLAN_DONE:
+    break;
   }
 }

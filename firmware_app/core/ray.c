@@ -4,7 +4,9 @@
 
 #include <math.h>
 
-static int whole_steps(int from, int to) { return to > from ? to - from : from - to; }
+static int whole_steps(int from, int to) {
+  return to > from ? to - from : from - to;
+}
 
 ray_t ray_start(vec2_t a_cells, vec2_t b_cells) {
   float cell_x = floorf(a_cells.x);

@@ -3,7 +3,7 @@
 #include "rng.h"
 
 rng_t rng_seed(uint32_t seed) {
-  uint32_t mixed = seed * 2654435761u + 0x9E3779B9u;  // Knuth's multiplicative hash
+  uint32_t mixed = seed * 2654435761u + 0x9E3779B9u; // Knuth's multiplicative hash
   mixed ^= mixed >> 15;
   return (rng_t){.state = mixed != 0u ? mixed : 1u};
 }
@@ -17,4 +17,6 @@ uint32_t rng_next(rng_t *rng) {
   return s;
 }
 
-float rng_uniform(rng_t *rng) { return (float)(rng_next(rng) >> 8) * (1.0f / 16777216.0f); }
+float rng_uniform(rng_t *rng) {
+  return (float)(rng_next(rng) >> 8) * (1.0f / 16777216.0f);
+}

@@ -1,5 +1,7 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 /** @file rng.h  Small seeded random numbers; the state belongs to the caller.
- *  Source: Marsaglia, Xorshift RNGs, J. Stat. Software 8(14), 2003, the (13, 17, 5) generator. Not for secrets. */
+ *  Source: Marsaglia, Xorshift RNGs, J. Stat. Software 8(14), 2003, the (13, 17, 5) generator. Not
+ * for secrets. */
 #ifndef RNG_H
 #define RNG_H
 

@@ -6,8 +6,8 @@
 
 enum { ROUND_TRIES = 3, POINTS_PER_CORNER = 3 };
 
-static const float ROUND_CUT_CELLS = 6.0f;   ///< how far from a corner the rounding may begin
-static const float KNOWN_STEP_M = 0.1f;      ///< resolution of route_known_m
+static const float ROUND_CUT_CELLS = 6.0f; ///< how far from a corner the rounding may begin
+static const float KNOWN_STEP_M = 0.1f;    ///< resolution of route_known_m
 
 static void reverse(vec2_t *points, int count) {
   for (int a = 0, b = count - 1; a < b; a++, b--) {
@@ -43,7 +43,8 @@ int route_shortcut(const clearance_t *clearance, vec2_t *path_cells, int count) 
   return count;
 }
 
-/** Three points in place of corner b of a, b, c: a quadratic curve through the middle of its control polygon. */
+/** Three points in place of corner b of a, b, c: a quadratic curve through the middle of its
+ * control polygon. */
 static bool round_corner(const clearance_t *clearance, vec2_t a, vec2_t b, vec2_t c, vec2_t *out) {
   vec2_t to_a = vec2_sub(a, b);
   vec2_t to_c = vec2_sub(c, b);
@@ -56,7 +57,8 @@ static bool round_corner(const clearance_t *clearance, vec2_t a, vec2_t b, vec2_
     out[2] = vec2_add(b, vec2_scale(to_c, cut / length_c));
     vec2_t chord = vec2_scale(vec2_add(out[0], out[2]), 0.5f);
     out[1] = vec2_scale(vec2_add(b, chord), 0.5f);
-    if (clearance_segment_free(clearance, out[0], out[1]) && clearance_segment_free(clearance, out[1], out[2])) {
+    if (clearance_segment_free(clearance, out[0], out[1]) &&
+        clearance_segment_free(clearance, out[1], out[2])) {
       return true;
     }
   }
@@ -73,7 +75,8 @@ int route_round(const clearance_t *clearance, vec2_t *path_cells, int count, int
     vec2_t corner = path_cells[at];
     vec2_t curve[POINTS_PER_CORNER];
     if (round_corner(clearance, previous, corner, path_cells[at + 1], curve)) {
-      memmove(&path_cells[at + POINTS_PER_CORNER], &path_cells[at + 1], (size_t)(count - at - 1) * sizeof *path_cells);
+      memmove(&path_cells[at + POINTS_PER_CORNER], &path_cells[at + 1],
+              (size_t)(count - at - 1) * sizeof *path_cells);
       memcpy(&path_cells[at], curve, sizeof curve);
       count += POINTS_PER_CORNER - 1;
       at += POINTS_PER_CORNER - 1;
@@ -102,7 +105,8 @@ float route_length_m(const route_t *route) {
   return length_m;
 }
 
-bool route_blocked(const route_t *route, const grid_t *grid, const clearance_t *clearance, int from) {
+bool route_blocked(const route_t *route, const grid_t *grid, const clearance_t *clearance,
+                   int from) {
   for (int i = from > 0 ? from : 0; i + 1 < route->count; i++) {
     vec2_t a = grid_to_cells(grid, route->points_m[i]);
     vec2_t b = grid_to_cells(grid, route->points_m[i + 1]);

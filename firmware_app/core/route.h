@@ -1,6 +1,7 @@
-/** @file route.h  A way to fly: way points in the map frame, tightened and rounded, each piece checked.
- *  Shortcut: string pulling in both directions. Rounding: densify, average over a window, keep a piece only where it
- *  stays clear; the result is never longer than what went in. */
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** @file route.h  A way to fly: way points in the map frame, tightened and rounded, each piece
+ * checked. Shortcut: string pulling in both directions. Rounding: densify, average over a window,
+ * keep a piece only where it stays clear; the result is never longer than what went in. */
 #ifndef ROUTE_H
 #define ROUTE_H
 
@@ -19,7 +20,8 @@ typedef struct {
   uint8_t revision;              ///< grows with every new route
 } route_t;
 
-/** Make the route from a planner's way, which stands in points_m in cells: shortcut, round, convert in place. */
+/** Make the route from a planner's way, which stands in points_m in cells: shortcut, round, convert
+ * in place. */
 void route_build(route_t *route, const grid_t *grid, const clearance_t *clearance, int count);
 /** Drop way points that a straight, clear line makes needless. @return points left */
 int route_shortcut(const clearance_t *clearance, vec2_t *path_cells, int count);
@@ -28,8 +30,10 @@ int route_round(const clearance_t *clearance, vec2_t *path_cells, int count, int
 
 float route_length_m(const route_t *route);
 /** True if a piece from way point `from` on is no longer clear. */
-bool route_blocked(const route_t *route, const grid_t *grid, const clearance_t *clearance, int from);
-/** How far along the route [m], from its start, everything within half_width_m has been observed. */
+bool route_blocked(const route_t *route, const grid_t *grid, const clearance_t *clearance,
+                   int from);
+/** How far along the route [m], from its start, everything within half_width_m has been observed.
+ */
 float route_known_m(const route_t *route, const grid_t *grid, float half_width_m);
 
 #endif

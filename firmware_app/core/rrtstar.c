@@ -8,7 +8,7 @@
 enum {
   UNITS_PER_CELL = 512,
   BUCKET_CELLS = GRID_SIDE_CELLS / RRTSTAR_BUCKET_SIDE,
-  DRAWS_MAX = 8,   ///< of one sample, until it is free
+  DRAWS_MAX = 8, ///< of one sample, until it is free
 };
 
 static const float HUGE_CELLS = 1.0e9f;
@@ -21,7 +21,8 @@ rrtstar_config_t rrtstar_config_default(void) {
 
 static vec2_t node_at(const rrtstar_t *rrt, int i) {
   const rrtstar_node_t *node = &rrt->nodes[i];
-  return (vec2_t){(float)node->x * (1.0f / UNITS_PER_CELL), (float)node->y * (1.0f / UNITS_PER_CELL)};
+  return (vec2_t){(float)node->x * (1.0f / UNITS_PER_CELL),
+                  (float)node->y * (1.0f / UNITS_PER_CELL)};
 }
 
 /** The position as a node can hold it. */
@@ -50,7 +51,8 @@ static void unlink_child(rrtstar_t *rrt, int child) {
 
 static int add_node(rrtstar_t *rrt, vec2_t p, int parent, float cost_cells) {
   int i = rrt->count++;
-  int16_t *bucket = &rrt->buckets[bucket_coordinate(p.y) * RRTSTAR_BUCKET_SIDE + bucket_coordinate(p.x)];
+  int16_t *bucket =
+      &rrt->buckets[bucket_coordinate(p.y) * RRTSTAR_BUCKET_SIDE + bucket_coordinate(p.x)];
   rrt->nodes[i] = (rrtstar_node_t){
       .x = (uint16_t)(p.x * UNITS_PER_CELL),
       .y = (uint16_t)(p.y * UNITS_PER_CELL),
@@ -78,8 +80,9 @@ static void try_goal(rrtstar_t *rrt, const clearance_t *clearance, int i) {
   }
 }
 
-rrtstar_status_t rrtstar_start(rrtstar_t *rrt, const rrtstar_config_t *cfg, const clearance_t *clearance,
-                               vec2_t start_cells, vec2_t goal_cells, uint32_t seed) {
+rrtstar_status_t rrtstar_start(rrtstar_t *rrt, const rrtstar_config_t *cfg,
+                               const clearance_t *clearance, vec2_t start_cells, vec2_t goal_cells,
+                               uint32_t seed) {
   memset(rrt, 0, sizeof *rrt);
   memset(rrt->buckets, 0xFF, sizeof rrt->buckets);
   rrt->cfg = *cfg;
@@ -100,7 +103,8 @@ rrtstar_status_t rrtstar_start(rrtstar_t *rrt, const rrtstar_config_t *cfg, cons
   return rrt->status;
 }
 
-/** Uniform in the ellipse of all points through which a way could beat the best (Gammell 2014, algorithm 2). */
+/** Uniform in the ellipse of all points through which a way could beat the best (Gammell 2014,
+ * algorithm 2). */
 static vec2_t sample_ellipse(rrtstar_t *rrt) {
   vec2_t axis = vec2_sub(rrt->goal_cells, rrt->start_cells);
   float focal = vec2_norm(axis);
@@ -135,11 +139,13 @@ static bool sample(rrtstar_t *rrt, const clearance_t *clearance, vec2_t *p) {
   return false;
 }
 
-static int nearest_in_bucket(const rrtstar_t *rrt, int bx, int by, vec2_t p, int nearest, float *distance) {
+static int nearest_in_bucket(const rrtstar_t *rrt, int bx, int by, vec2_t p, int nearest,
+                             float *distance) {
   if (bx < 0 || by < 0 || bx >= RRTSTAR_BUCKET_SIDE || by >= RRTSTAR_BUCKET_SIDE) {
     return nearest;
   }
-  for (int i = rrt->buckets[by * RRTSTAR_BUCKET_SIDE + bx]; i != RRTSTAR_NONE; i = rrt->nodes[i].next) {
+  for (int i = rrt->buckets[by * RRTSTAR_BUCKET_SIDE + bx]; i != RRTSTAR_NONE;
+       i = rrt->nodes[i].next) {
     float d = vec2_distance(node_at(rrt, i), p);
     if (d < *distance) {
       *distance = d;
@@ -184,13 +190,15 @@ static float log_count(int n) {
 static void find_near(rrtstar_t *rrt, vec2_t p) {
   float n = (float)rrt->count;
   float area = (float)GRID_CELLS;
-  // gamma of eq. (11) for the plane: 2 sqrt(1 + 1/2) sqrt(area / pi), the area being at most the whole grid.
+  // gamma of eq. (11) for the plane: 2 sqrt(1 + 1/2) sqrt(area / pi), the area being at most the
+  // whole grid.
   float radius = 2.0f * sqrtf(1.5f * area / PI * log_count(rrt->count + 1) / (n + 1.0f));
   radius = radius < rrt->cfg.step_cells ? radius : rrt->cfg.step_cells;
   rrt->near_count = 0;
   for (int by = bucket_coordinate(p.y - radius); by <= bucket_coordinate(p.y + radius); by++) {
     for (int bx = bucket_coordinate(p.x - radius); bx <= bucket_coordinate(p.x + radius); bx++) {
-      for (int i = rrt->buckets[by * RRTSTAR_BUCKET_SIDE + bx]; i != RRTSTAR_NONE; i = rrt->nodes[i].next) {
+      for (int i = rrt->buckets[by * RRTSTAR_BUCKET_SIDE + bx]; i != RRTSTAR_NONE;
+           i = rrt->nodes[i].next) {
         if (rrt->near_count < RRTSTAR_NEAR && vec2_distance(node_at(rrt, i), p) < radius) {
           rrt->near[rrt->near_count++] = (int16_t)i;
         }
@@ -205,7 +213,8 @@ static int choose_parent(const rrtstar_t *rrt, const clearance_t *clearance, vec
   for (int k = 0; k < rrt->near_count; k++) {
     int i = rrt->near[k];
     float through = rrt->nodes[i].cost_cells + vec2_distance(node_at(rrt, i), p);
-    if (i != nearest && through < *cost_cells && clearance_segment_free(clearance, node_at(rrt, i), p)) {
+    if (i != nearest && through < *cost_cells &&
+        clearance_segment_free(clearance, node_at(rrt, i), p)) {
       *cost_cells = through;
       parent = i;
     }
@@ -236,8 +245,10 @@ static void rewire(rrtstar_t *rrt, const clearance_t *clearance, int through) {
   vec2_t p = node_at(rrt, through);
   for (int k = 0; k < rrt->near_count; k++) {
     int i = rrt->near[k];
-    float saved = rrt->nodes[i].cost_cells - rrt->nodes[through].cost_cells - vec2_distance(p, node_at(rrt, i));
-    if (saved > 1.0e-3f && i != rrt->nodes[through].parent && clearance_segment_free(clearance, p, node_at(rrt, i))) {
+    float saved = rrt->nodes[i].cost_cells - rrt->nodes[through].cost_cells -
+                  vec2_distance(p, node_at(rrt, i));
+    if (saved > 1.0e-3f && i != rrt->nodes[through].parent &&
+        clearance_segment_free(clearance, p, node_at(rrt, i))) {
       unlink_child(rrt, i);
       link_child(rrt, i, through);
       lower_subtree(rrt, i, saved);
@@ -270,7 +281,7 @@ static void grow(rrtstar_t *rrt, const clearance_t *clearance) {
   find_near(rrt, target);
   int parent = choose_parent(rrt, clearance, target, nearest, &cost_cells);
   if (cost_cells + vec2_distance(target, rrt->goal_cells) >= rrt->best_cells) {
-    return;  // no way through here can beat the best
+    return; // no way through here can beat the best
   }
   int added = add_node(rrt, target, parent, cost_cells);
   rewire(rrt, clearance, added);

@@ -9,7 +9,7 @@ static const float QUARTER_RAD = 1.57079633f;
 
 scan_config_t scan_config_default(void) {
   return (scan_config_t){
-      .latency_ms = 90u,         // 60-100 ms old when published, seen up to one tick later
+      .latency_ms = 90u, // 60-100 ms old when published, seen up to one tick later
       .period_ms = 100u,
       .min_range_m = 0.04f,      // VL53L1X data sheet
       .max_range_m = 3.0f,       // beyond, ambient light decides
@@ -29,18 +29,20 @@ void scan_init(scan_t *scan, const scan_config_t *cfg) {
 
 float scan_bearing_rad(int beam) {
   switch (beam) {
-    case SCAN_BACK:
-      return 2.0f * QUARTER_RAD;
-    case SCAN_LEFT:
-      return QUARTER_RAD;
-    case SCAN_RIGHT:
-      return -QUARTER_RAD;
-    default:
-      return 0.0f;
+  case SCAN_BACK:
+    return 2.0f * QUARTER_RAD;
+  case SCAN_LEFT:
+    return QUARTER_RAD;
+  case SCAN_RIGHT:
+    return -QUARTER_RAD;
+  default:
+    return 0.0f;
   }
 }
 
-uint32_t scan_age_ms(const scan_t *scan, uint32_t time_ms) { return time_ms - scan->changed_ms; }
+uint32_t scan_age_ms(const scan_t *scan, uint32_t time_ms) {
+  return time_ms - scan->changed_ms;
+}
 
 static void remember(scan_t *scan, const scan_odometry_t *odometry) {
   scan->newest = (uint8_t)((scan->newest + 1u) % SCAN_HISTORY);
@@ -54,7 +56,8 @@ static const scan_odometry_t *back(const scan_t *scan, int ticks) {
   return &scan->history[(scan->newest + SCAN_HISTORY - ticks) % SCAN_HISTORY];
 }
 
-/** State of the body at time_ms, between two remembered ticks; the oldest or newest where it lies outside. */
+/** State of the body at time_ms, between two remembered ticks; the oldest or newest where it lies
+ * outside. */
 static scan_odometry_t odometry_at(const scan_t *scan, uint32_t time_ms) {
   const scan_odometry_t *later = back(scan, 0);
   for (int ticks = 1; ticks < scan->count; ticks++) {
@@ -62,7 +65,8 @@ static scan_odometry_t odometry_at(const scan_t *scan, uint32_t time_ms) {
     int32_t since_ms = (int32_t)(time_ms - earlier->time_ms);
     if (since_ms >= 0) {
       int32_t span_ms = (int32_t)(later->time_ms - earlier->time_ms);
-      float fraction = span_ms > 0 ? geometry_clamp((float)since_ms / (float)span_ms, 0.0f, 1.0f) : 0.0f;
+      float fraction =
+          span_ms > 0 ? geometry_clamp((float)since_ms / (float)span_ms, 0.0f, 1.0f) : 0.0f;
       scan_odometry_t between = *earlier;
       between.time_ms = time_ms;
       between.pose = pose2_interpolate(earlier->pose, later->pose, fraction);
@@ -95,18 +99,19 @@ static bool is_new(scan_t *scan, const float *range_m, uint32_t time_ms) {
 /** How much a beam rises per metre: the vertical part of its direction when the body tilts. */
 static float beam_rise(int beam, const scan_odometry_t *odometry) {
   switch (beam) {
-    case SCAN_FRONT:
-      return geometry_sincos(odometry->pitch_rad).sin;
-    case SCAN_BACK:
-      return -geometry_sincos(odometry->pitch_rad).sin;
-    case SCAN_LEFT:
-      return geometry_sincos(odometry->roll_rad).sin;
-    default:
-      return -geometry_sincos(odometry->roll_rad).sin;
+  case SCAN_FRONT:
+    return geometry_sincos(odometry->pitch_rad).sin;
+  case SCAN_BACK:
+    return -geometry_sincos(odometry->pitch_rad).sin;
+  case SCAN_LEFT:
+    return geometry_sincos(odometry->roll_rad).sin;
+  default:
+    return -geometry_sincos(odometry->roll_rad).sin;
   }
 }
 
-static void add_beam(const scan_t *scan, int beam, const scan_odometry_t *odometry, scan_frame_t *frame) {
+static void add_beam(const scan_t *scan, int beam, const scan_odometry_t *odometry,
+                     scan_frame_t *frame) {
   const scan_config_t *cfg = &scan->cfg;
   float along_m = scan->last_m[beam];
   bool answered = along_m >= 0.0f && along_m <= cfg->max_range_m;
@@ -126,7 +131,8 @@ static void add_beam(const scan_t *scan, int beam, const scan_odometry_t *odomet
   }
 }
 
-bool scan_step(scan_t *scan, const scan_odometry_t *odometry, const float *range_m, scan_frame_t *frame) {
+bool scan_step(scan_t *scan, const scan_odometry_t *odometry, const float *range_m,
+               scan_frame_t *frame) {
   remember(scan, odometry);
   if (!is_new(scan, range_m, odometry->time_ms)) {
     return false;

@@ -1,8 +1,10 @@
-/** @file scan.h  Five ranges and odometry in, beams with the pose at which they were measured out. Stage 1.
- *  The Multi-ranger publishes all ranges together every 100 ms, without a time stamp, 60-100 ms after the
- *  measurement. The stage notices a new set by its change, dates it back by the latency and takes the pose from a
- *  short history. Each set is used once; when no sensor answers nothing changes, and a set is taken every period.
- *  Tilt is taken out; a beam that may have met the floor is dropped. */
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** @file scan.h  Five ranges and odometry in, beams with the pose at which they were measured out.
+ * Stage 1. The Multi-ranger publishes all ranges together every 100 ms, without a time stamp,
+ * 60-100 ms after the measurement. The stage notices a new set by its change, dates it back by the
+ * latency and takes the pose from a short history. Each set is used once; when no sensor answers
+ * nothing changes, and a set is taken every period. Tilt is taken out; a beam that may have met the
+ * floor is dropped. */
 #ifndef SCAN_H
 #define SCAN_H
 
@@ -23,12 +25,13 @@ enum {
 };
 
 typedef struct {
-  uint32_t latency_ms;         ///< from the measurement to the first tick that sees it
-  uint32_t period_ms;          ///< between two sets
-  float min_range_m;           ///< nearer echoes are not trusted
-  float max_range_m;           ///< farther echoes are treated as none
-  float no_return_clear_m;     ///< a beam without echo clears this far: dark or oblique walls answer no farther
-  float floor_margin_m;        ///< a beam ending lower than this above the floor is dropped
+  uint32_t latency_ms;     ///< from the measurement to the first tick that sees it
+  uint32_t period_ms;      ///< between two sets
+  float min_range_m;       ///< nearer echoes are not trusted
+  float max_range_m;       ///< farther echoes are treated as none
+  float no_return_clear_m; ///< a beam without echo clears this far: dark or oblique walls answer no
+                           ///< farther
+  float floor_margin_m;    ///< a beam ending lower than this above the floor is dropped
   float offset_m[SCAN_RANGES]; ///< sensor's distance from the body's centre, along its beam
 } scan_config_t;
 
@@ -55,8 +58,8 @@ typedef struct {
   scan_odometry_t history[SCAN_HISTORY];
   uint8_t newest;
   uint8_t count;
-  uint32_t changed_ms;         ///< when the ranges last changed, or when no sensor answered
-  float last_m[SCAN_RANGES];   ///< as published; < 0 where invalid
+  uint32_t changed_ms;       ///< when the ranges last changed, or when no sensor answered
+  float last_m[SCAN_RANGES]; ///< as published; < 0 where invalid
 } scan_t;
 
 scan_config_t scan_config_default(void);
@@ -68,7 +71,8 @@ float scan_bearing_rad(int beam);
 /** Take this tick's odometry and published ranges.
  *  @param range_m SCAN_RANGES distances [m], negative or not finite where the sensor reports none
  *  @return true if the ranges are new; then *frame is filled */
-bool scan_step(scan_t *scan, const scan_odometry_t *odometry, const float *range_m, scan_frame_t *frame);
+bool scan_step(scan_t *scan, const scan_odometry_t *odometry, const float *range_m,
+               scan_frame_t *frame);
 
 /** Milliseconds since the ranges last changed. */
 uint32_t scan_age_ms(const scan_t *scan, uint32_t time_ms);

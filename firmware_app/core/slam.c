@@ -13,4 +13,6 @@ void slam_update(slam_t *slam, const grid_t *grid, const scan_frame_t *frame) {
   (void)frame;
 }
 
-pose2_t slam_to_map(const slam_t *slam, pose2_t pose_odom) { return pose2_compose(slam->map_from_odom, pose_odom); }
+pose2_t slam_to_map(const slam_t *slam, pose2_t pose_odom) {
+  return pose2_compose(slam->map_from_odom, pose_odom);
+}

@@ -1,5 +1,6 @@
-/** @file slam.h  Pose correction: where the odometry frame stands in the map. Stage 2, before the grid.
- *  Here a pass-through: the map frame is the odometry frame at take-off. */
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** @file slam.h  Pose correction: where the odometry frame stands in the map. Stage 2, before the
+ * grid. Here a pass-through: the map frame is the odometry frame at take-off. */
 #ifndef SLAM_H
 #define SLAM_H
 

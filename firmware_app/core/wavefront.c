@@ -6,7 +6,9 @@
 
 enum { LABELS = 3 };
 
-static uint32_t label_of(uint32_t wave) { return wave % LABELS + 1u; }
+static uint32_t label_of(uint32_t wave) {
+  return wave % LABELS + 1u;
+}
 
 static void set_label(wavefront_t *wave, int ix, int iy, uint32_t label) {
   int word = iy * GRID_BIT_WORDS + ix / 32;
@@ -23,9 +25,12 @@ static uint32_t label_at(const wavefront_t *wave, int ix, int iy) {
   return (wave->low[word] >> (ix % 32) & 1u) | (wave->high[word] >> (ix % 32) & 1u) << 1;
 }
 
-bool wavefront_reached(const wavefront_t *wave, int ix, int iy) { return label_at(wave, ix, iy) != 0u; }
+bool wavefront_reached(const wavefront_t *wave, int ix, int iy) {
+  return label_at(wave, ix, iy) != 0u;
+}
 
-void wavefront_start(wavefront_t *wave, wavefront_target_t target, grid_cell_t start, grid_cell_t goal) {
+void wavefront_start(wavefront_t *wave, wavefront_target_t target, grid_cell_t start,
+                     grid_cell_t goal) {
   memset(wave, 0, sizeof *wave);
   wave->target = target;
   wave->start = start;
@@ -39,7 +44,8 @@ void wavefront_start(wavefront_t *wave, wavefront_target_t target, grid_cell_t s
 }
 
 /** Cells of row iy with the given label; a row outside the grid has none. */
-static void labelled_row(const wavefront_t *wave, int iy, uint32_t label, uint32_t bits[GRID_BIT_WORDS]) {
+static void labelled_row(const wavefront_t *wave, int iy, uint32_t label,
+                         uint32_t bits[GRID_BIT_WORDS]) {
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
     uint32_t low = 0u;
     uint32_t high = 0u;
@@ -87,9 +93,11 @@ static int first_frontier(const grid_t *grid, int iy, const uint32_t cells[GRID_
 }
 
 /** Among the freshly reached cells of a row, one that the search is for; its column, or -1. */
-static int found_in_row(const wavefront_t *wave, const grid_t *grid, int iy, const uint32_t fresh[GRID_BIT_WORDS]) {
+static int found_in_row(const wavefront_t *wave, const grid_t *grid, int iy,
+                        const uint32_t fresh[GRID_BIT_WORDS]) {
   if (wave->target == WAVEFRONT_TO_GOAL) {
-    bool met = iy == wave->goal.iy && (fresh[wave->goal.ix / 32] >> (wave->goal.ix % 32) & 1u) != 0u;
+    bool met =
+        iy == wave->goal.iy && (fresh[wave->goal.ix / 32] >> (wave->goal.ix % 32) & 1u) != 0u;
     return met ? wave->goal.ix : -1;
   }
   if (wave->target == WAVEFRONT_EVERYWHERE) {
@@ -111,7 +119,8 @@ static bool extend_row(wavefront_t *wave, const clearance_t *clearance, const gr
   uint32_t any = 0u;
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
     int word = iy * GRID_BIT_WORDS + i;
-    fresh[i] = (above[i] | below[i] | sideways(here, i)) & ~clearance->bits[word] & ~(wave->low[word] | wave->high[word]);
+    fresh[i] = (above[i] | below[i] | sideways(here, i)) & ~clearance->bits[word] &
+               ~(wave->low[word] | wave->high[word]);
     any |= fresh[i];
   }
   if (any != 0u && wave->target == WAVEFRONT_TO_FRONTIER) {
@@ -138,8 +147,8 @@ static bool extend_row(wavefront_t *wave, const clearance_t *clearance, const gr
   return true;
 }
 
-wavefront_status_t wavefront_extend(wavefront_t *wave, const clearance_t *clearance, const grid_t *grid,
-                                    int max_waves) {
+wavefront_status_t wavefront_extend(wavefront_t *wave, const clearance_t *clearance,
+                                    const grid_t *grid, int max_waves) {
   for (int i = 0; i < max_waves && wave->status == WAVEFRONT_RUNNING; i++) {
     uint32_t from_label = label_of(wave->waves);
     uint32_t to_label = label_of(wave->waves + 1u);
@@ -176,9 +185,12 @@ bool wavefront_nearest(const wavefront_t *wave, vec2_t point_cells, grid_cell_t 
   return best < 1.0e9f;
 }
 
-static vec2_t centre_of(grid_cell_t cell) { return (vec2_t){(float)cell.ix + 0.5f, (float)cell.iy + 0.5f}; }
+static vec2_t centre_of(grid_cell_t cell) {
+  return (vec2_t){(float)cell.ix + 0.5f, (float)cell.iy + 0.5f};
+}
 
-/** The neighbour that the wave came from. Labels of neighbours differ by one wave at most, so three are enough. */
+/** The neighbour that the wave came from. Labels of neighbours differ by one wave at most, so three
+ * are enough. */
 static grid_cell_t step_back(const wavefront_t *wave, grid_cell_t cell, uint32_t label) {
   static const int8_t dx[] = {1, -1, 0, 0};
   static const int8_t dy[] = {0, 0, 1, -1};
@@ -198,7 +210,8 @@ static void reverse(vec2_t *points, int count) {
   }
 }
 
-int wavefront_path(const wavefront_t *wave, const clearance_t *clearance, vec2_t *path_cells, int capacity) {
+int wavefront_path(const wavefront_t *wave, const clearance_t *clearance, vec2_t *path_cells,
+                   int capacity) {
   if (wave->status != WAVEFRONT_REACHED || capacity < 2) {
     return 0;
   }

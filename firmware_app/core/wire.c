@@ -32,16 +32,22 @@ static uint8_t *put_float(uint8_t *p, float value) {
   return put_u32(p, bits);
 }
 
-static uint8_t *put_vec2(uint8_t *p, vec2_t v) { return put_float(put_float(p, v.x), v.y); }
+static uint8_t *put_vec2(uint8_t *p, vec2_t v) {
+  return put_float(put_float(p, v.x), v.y);
+}
 
 static uint8_t *put_mm(uint8_t *p, float metres) {
   float mm = floorf(geometry_clamp(metres * MILLIMETRES, -MILLIMETRES_MAX, MILLIMETRES_MAX) + 0.5f);
   return put_u16(p, (uint16_t)(int16_t)mm);
 }
 
-static uint16_t get_u16(const uint8_t *p) { return (uint16_t)(p[0] | p[1] << 8); }
+static uint16_t get_u16(const uint8_t *p) {
+  return (uint16_t)(p[0] | p[1] << 8);
+}
 
-static uint32_t get_u32(const uint8_t *p) { return get_u16(p) | (uint32_t)get_u16(p + 2) << 16; }
+static uint32_t get_u32(const uint8_t *p) {
+  return get_u16(p) | (uint32_t)get_u16(p + 2) << 16;
+}
 
 static float get_float(const uint8_t *p) {
   uint32_t bits = get_u32(p);
@@ -50,7 +56,9 @@ static float get_float(const uint8_t *p) {
   return value;
 }
 
-static vec2_t get_vec2(const uint8_t *p) { return (vec2_t){get_float(p), get_float(p + 4)}; }
+static vec2_t get_vec2(const uint8_t *p) {
+  return (vec2_t){get_float(p), get_float(p + 4)};
+}
 
 static float get_mm(const uint8_t *p) {
   int32_t raw = get_u16(p);
@@ -74,66 +82,67 @@ int wire_encode(const wire_message_t *message, uint8_t *packet) {
   uint8_t *p = put_u8(packet, WIRE_VERSION);
   p = put_u8(p, message->type);
   switch (message->type) {
-    case WIRE_HELLO:
-      p = put_u8(p, message->body.hello.request);
-      p = put_u8(p, message->body.hello.capabilities);
-      p = put_u8(p, message->body.hello.epoch);
-      p = put_u16(p, message->body.hello.cell_mm);
-      p = put_u16(p, message->body.hello.side_cells);
-      p = put_vec2(p, message->body.hello.origin_m);
-      break;
-    case WIRE_COMMAND:
-      p = put_u16(p, message->body.command.sequence);
-      p = put_u8(p, message->body.command.cmd);
-      p = put_vec2(p, message->body.command.goal_m);
-      break;
-    case WIRE_ACK:
-      p = put_u16(p, message->body.ack.sequence);
-      p = put_u8(p, message->body.ack.cmd);
-      p = put_u8(p, message->body.ack.reason);
-      break;
-    case WIRE_PATH:
-      p = put_path(p, &message->body.path);
-      break;
-    case WIRE_EVENT:
-      p = put_u16(p, message->body.event.sequence);
-      p = put_u32(p, message->body.event.time_ms);
-      p = put_u8(p, message->body.event.code);
-      p = put_u8(p, message->body.event.argument);
-      p = put_vec2(p, message->body.event.place_m);
-      break;
-    case WIRE_HEARTBEAT:
-      p = put_u16(p, message->body.heartbeat.sequence);
-      p = put_u32(p, message->body.heartbeat.time_ms);
-      p = put_u8(p, message->body.heartbeat.state);
-      break;
-    case WIRE_SNAPSHOT:
-      break;
-    default:
-      return 0;
+  case WIRE_HELLO:
+    p = put_u8(p, message->body.hello.request);
+    p = put_u8(p, message->body.hello.capabilities);
+    p = put_u8(p, message->body.hello.epoch);
+    p = put_u16(p, message->body.hello.cell_mm);
+    p = put_u16(p, message->body.hello.side_cells);
+    p = put_vec2(p, message->body.hello.origin_m);
+    break;
+  case WIRE_COMMAND:
+    p = put_u16(p, message->body.command.sequence);
+    p = put_u8(p, message->body.command.cmd);
+    p = put_vec2(p, message->body.command.goal_m);
+    break;
+  case WIRE_ACK:
+    p = put_u16(p, message->body.ack.sequence);
+    p = put_u8(p, message->body.ack.cmd);
+    p = put_u8(p, message->body.ack.reason);
+    break;
+  case WIRE_PATH:
+    p = put_path(p, &message->body.path);
+    break;
+  case WIRE_EVENT:
+    p = put_u16(p, message->body.event.sequence);
+    p = put_u32(p, message->body.event.time_ms);
+    p = put_u8(p, message->body.event.code);
+    p = put_u8(p, message->body.event.argument);
+    p = put_vec2(p, message->body.event.place_m);
+    break;
+  case WIRE_HEARTBEAT:
+    p = put_u16(p, message->body.heartbeat.sequence);
+    p = put_u32(p, message->body.heartbeat.time_ms);
+    p = put_u8(p, message->body.heartbeat.state);
+    break;
+  case WIRE_SNAPSHOT:
+    break;
+  default:
+    return 0;
   }
   return (int)(p - packet);
 }
 
-/** Bytes of a packet of this type; -1 if there is no such type. A path's length depends on its count at byte 5. */
+/** Bytes of a packet of this type; -1 if there is no such type. A path's length depends on its
+ * count at byte 5. */
 static int length_of(const uint8_t *packet, int length) {
   switch (packet[1]) {
-    case WIRE_HELLO:
-      return HEADER_BYTES + 15;
-    case WIRE_COMMAND:
-      return HEADER_BYTES + 11;
-    case WIRE_ACK:
-      return HEADER_BYTES + 4;
-    case WIRE_PATH:
-      return HEADER_BYTES + 4 + (length > 5 && packet[5] <= WIRE_PATH_POINTS ? 4 * packet[5] : 0);
-    case WIRE_EVENT:
-      return HEADER_BYTES + 16;
-    case WIRE_HEARTBEAT:
-      return HEADER_BYTES + 7;
-    case WIRE_SNAPSHOT:
-      return HEADER_BYTES;
-    default:
-      return -1;
+  case WIRE_HELLO:
+    return HEADER_BYTES + 15;
+  case WIRE_COMMAND:
+    return HEADER_BYTES + 11;
+  case WIRE_ACK:
+    return HEADER_BYTES + 4;
+  case WIRE_PATH:
+    return HEADER_BYTES + 4 + (length > 5 && packet[5] <= WIRE_PATH_POINTS ? 4 * packet[5] : 0);
+  case WIRE_EVENT:
+    return HEADER_BYTES + 16;
+  case WIRE_HEARTBEAT:
+    return HEADER_BYTES + 7;
+  case WIRE_SNAPSHOT:
+    return HEADER_BYTES;
+  default:
+    return -1;
   }
 }
 
@@ -165,26 +174,27 @@ wire_status_t wire_decode(const uint8_t *packet, int length, wire_message_t *mes
   memset(message, 0, sizeof *message);
   message->type = packet[1];
   switch (message->type) {
-    case WIRE_HELLO:
-      message->body.hello = (wire_hello_t){p[0], p[1], p[2], get_u16(p + 3), get_u16(p + 5), get_vec2(p + 7)};
-      break;
-    case WIRE_COMMAND:
-      message->body.command = (wire_command_t){get_u16(p), p[2], get_vec2(p + 3)};
-      break;
-    case WIRE_ACK:
-      message->body.ack = (wire_ack_t){get_u16(p), p[2], p[3]};
-      break;
-    case WIRE_PATH:
-      get_path(p, &message->body.path);
-      break;
-    case WIRE_EVENT:
-      message->body.event = (wire_event_t){get_u16(p), get_u32(p + 2), p[6], p[7], get_vec2(p + 8)};
-      break;
-    case WIRE_HEARTBEAT:
-      message->body.heartbeat = (wire_heartbeat_t){get_u16(p), get_u32(p + 2), p[6]};
-      break;
-    default:
-      break;
+  case WIRE_HELLO:
+    message->body.hello =
+        (wire_hello_t){p[0], p[1], p[2], get_u16(p + 3), get_u16(p + 5), get_vec2(p + 7)};
+    break;
+  case WIRE_COMMAND:
+    message->body.command = (wire_command_t){get_u16(p), p[2], get_vec2(p + 3)};
+    break;
+  case WIRE_ACK:
+    message->body.ack = (wire_ack_t){get_u16(p), p[2], p[3]};
+    break;
+  case WIRE_PATH:
+    get_path(p, &message->body.path);
+    break;
+  case WIRE_EVENT:
+    message->body.event = (wire_event_t){get_u16(p), get_u32(p + 2), p[6], p[7], get_vec2(p + 8)};
+    break;
+  case WIRE_HEARTBEAT:
+    message->body.heartbeat = (wire_heartbeat_t){get_u16(p), get_u32(p + 2), p[6]};
+    break;
+  default:
+    break;
   }
   return WIRE_OK;
 }

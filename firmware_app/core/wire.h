@@ -1,7 +1,8 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 /** @file wire.h  The packets of the app channel and the pieces of the map stream, as bytes.
- *  App channel: at most 30 bytes, little-endian, byte 0 WIRE_VERSION, byte 1 the type. A packet of another version,
- *  type or length is refused as a whole. Map piece: exactly 26 bytes, stands alone. The ground decodes with this same
- *  code. */
+ *  App channel: at most 30 bytes, little-endian, byte 0 WIRE_VERSION, byte 1 the type. A packet of
+ * another version, type or length is refused as a whole. Map piece: exactly 26 bytes, stands alone.
+ * The ground decodes with this same code. */
 #ifndef WIRE_H
 #define WIRE_H
 
@@ -13,10 +14,10 @@
 enum {
   WIRE_VERSION = 1,
   WIRE_PACKET_BYTES = 30,
-  WIRE_PATH_POINTS = 6,    ///< in one PATH packet
-  WIRE_MAP_BYTES = 26,     ///< 6 x uint32 + 1 x uint16: one log block
-  WIRE_MAP_POINTS = 5,     ///< obstacle points in one piece
-  WIRE_MAP_CELLS = 64,     ///< 8 x 8, the grid's tile
+  WIRE_PATH_POINTS = 6, ///< in one PATH packet
+  WIRE_MAP_BYTES = 26,  ///< 6 x uint32 + 1 x uint16: one log block
+  WIRE_MAP_POINTS = 5,  ///< obstacle points in one piece
+  WIRE_MAP_CELLS = 64,  ///< 8 x 8, the grid's tile
   WIRE_MAP_EPOCHS = 4,
 };
 
@@ -40,37 +41,38 @@ typedef enum {
 } wire_capability_t;
 
 typedef struct {
-  uint8_t request;        ///< 1: the ground asks, the rest is ignored
+  uint8_t request; ///< 1: the ground asks, the rest is ignored
   uint8_t capabilities;
-  uint8_t epoch;          ///< of the map: grows when it is forgotten, modulo WIRE_MAP_EPOCHS
+  uint8_t epoch; ///< of the map: grows when it is forgotten, modulo WIRE_MAP_EPOCHS
   uint16_t cell_mm;
   uint16_t side_cells;
-  vec2_t origin_m;        ///< corner of cell (0, 0), map frame
+  vec2_t origin_m; ///< corner of cell (0, 0), map frame
 } wire_hello_t;
 
 typedef struct {
-  uint16_t sequence;      ///< a repeated sequence acts once, and is acknowledged again
-  uint8_t cmd;            ///< mission_cmd_t
-  vec2_t goal_m;          ///< map frame; only for MISSION_CMD_GOTO
+  uint16_t sequence; ///< a repeated sequence acts once, and is acknowledged again
+  uint8_t cmd;       ///< mission_cmd_t
+  vec2_t goal_m;     ///< map frame; only for MISSION_CMD_GOTO
 } wire_command_t;
 
 typedef struct {
   uint16_t sequence;
   uint8_t cmd;
-  uint8_t reason;         ///< mission_reason_t; MISSION_OK: taken
+  uint8_t reason; ///< mission_reason_t; MISSION_OK: taken
 } wire_ack_t;
 
 typedef struct {
-  uint8_t revision;       ///< of the route; pieces of one revision belong together
-  uint8_t first;          ///< index of the first point here
-  uint8_t total;          ///< points of the whole route, 0: there is none
-  uint8_t count;          ///< points here
+  uint8_t revision;                  ///< of the route; pieces of one revision belong together
+  uint8_t first;                     ///< index of the first point here
+  uint8_t total;                     ///< points of the whole route, 0: there is none
+  uint8_t count;                     ///< points here
   vec2_t points_m[WIRE_PATH_POINTS]; ///< sent in millimetres, +-32 m
 } wire_path_t;
 
 typedef enum {
-  WIRE_EVENT_STATE = 1,   ///< argument: mission_state_t entered
-  WIRE_EVENT_REFUSED = 2, ///< argument: mission_reason_t; place: the reachable point nearest to the goal
+  WIRE_EVENT_STATE = 1, ///< argument: mission_state_t entered
+  WIRE_EVENT_REFUSED =
+      2, ///< argument: mission_reason_t; place: the reachable point nearest to the goal
   WIRE_EVENT_FAULT = 3,   ///< argument: mission_reason_t
   WIRE_EVENT_ARRIVED = 4, ///< place: where
   WIRE_EVENT_EXPLORED = 5,
@@ -79,19 +81,19 @@ typedef enum {
 typedef struct {
   uint16_t sequence;
   uint32_t time_ms;
-  uint8_t code;           ///< wire_event_code_t
+  uint8_t code; ///< wire_event_code_t
   uint8_t argument;
   vec2_t place_m;
 } wire_event_t;
 
 typedef struct {
   uint16_t sequence;
-  uint32_t time_ms;       ///< the drone's clock, in the answer
-  uint8_t state;          ///< mission_state_t, in the answer
+  uint32_t time_ms; ///< the drone's clock, in the answer
+  uint8_t state;    ///< mission_state_t, in the answer
 } wire_heartbeat_t;
 
 typedef struct {
-  uint8_t type;           ///< wire_type_t: says which member is meant
+  uint8_t type; ///< wire_type_t: says which member is meant
   union {
     wire_hello_t hello;
     wire_command_t command;
@@ -102,13 +104,14 @@ typedef struct {
   } body;
 } wire_message_t;
 
-/** One tile of the map. Bytes: cells two bits each (16), then a 64-bit word: point count in the low 4 bits and 12 bits
- *  a point (cell, eighths), then a 16-bit word: tile, epoch (2 bits) and a check of 6 bits over all the rest, so that
- *  variables of two log packets put together by mistake are noticed. */
+/** One tile of the map. Bytes: cells two bits each (16), then a 64-bit word: point count in the low
+ * 4 bits and 12 bits a point (cell, eighths), then a 16-bit word: tile, epoch (2 bits) and a check
+ * of 6 bits over all the rest, so that variables of two log packets put together by mistake are
+ * noticed. */
 typedef struct {
-  uint8_t tile;           ///< row-major from the grid's origin, GRID_TILES_PER_ROW a row
+  uint8_t tile; ///< row-major from the grid's origin, GRID_TILES_PER_ROW a row
   uint8_t epoch;
-  uint8_t states[WIRE_MAP_CELLS];         ///< grid_state_t, row-major from the tile's origin
+  uint8_t states[WIRE_MAP_CELLS]; ///< grid_state_t, row-major from the tile's origin
   uint8_t point_count;
   uint8_t point_cell[WIRE_MAP_POINTS];    ///< index into states
   uint8_t point_eighths[WIRE_MAP_POINTS]; ///< place in the cell, x in bits 0-2, y in bits 3-5

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command `wayflie`. Heavy modules are imported by the command that needs them."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import sys
+from collections.abc import Coroutine
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+from rich.console import Console
+from rich.logging import RichHandler
+
+from ground import __version__
+from ground.errors import GroundError
+
+SIMULATOR_URI = "udp://127.0.0.1:19850"
+EXIT_INTERRUPTED = 130
+
+app = typer.Typer(
+    name="wayflie",
+    help="Lets a Crazyflie map, plan and fly its own way through an unknown room.",
+    epilog="Try first: [bold]wayflie demo[/]. Then, in two terminals: [bold]wayflie sim[/] and "
+    "[bold]wayflie goto 2.0 1.0[/], or [bold]wayflie ground[/] for the page.",
+    rich_markup_mode="rich",
+    no_args_is_help=True,
+    add_completion=False,
+)
+map_app = typer.Typer(help="The map that the drone has made.", no_args_is_help=True)
+app.add_typer(map_app, name="map")
+
+out = Console(highlight=False)
+err = Console(stderr=True, highlight=False, soft_wrap=True)
+
+Uri = Annotated[
+    str,
+    typer.Option(envvar="CFLIB_URI", help="Which Crazyflie; the simulator's if not given."),
+]
+JsonFile = Annotated[
+    Path | None, typer.Option("--json", help="Write figures and checks to this file.")
+]
+Port = Annotated[
+    int | None, typer.Option(min=0, max=65535, help="Of the page; the usual or a free one.")
+]
+
+
+def _fail(sentence: str) -> NoReturn:
+    err.print(f"wayflie: {sentence}", markup=False)
+    raise typer.Exit(1)
+
+
+def _run(work: Coroutine[Any, Any, bool]) -> None:
+    """Run to the end. Exit 0 if it reached what was asked, 1 if not, 130 after Ctrl-C."""
+    try:
+        reached = asyncio.run(work)
+    except GroundError as error:
+        _fail(str(error))
+    except KeyboardInterrupt:
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    if not reached:
+        raise typer.Exit(1)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"wayflie {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def settings(
+    verbose: Annotated[
+        int, typer.Option("--verbose", "-v", count=True, help="Say more; twice: everything.")
+    ] = 0,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Set up what all commands share."""
+    level = (logging.WARNING, logging.INFO, logging.DEBUG)[min(verbose, 2)]
+    handler = RichHandler(console=err, show_path=False)
+    logging.basicConfig(level=level, format="%(message)s", handlers=[handler])
+    if verbose < 2:  # cflib reports what is normal here (no writable cache, a closed socket)
+        logging.getLogger("cflib").setLevel(logging.CRITICAL)
+
+
+@app.command()
+def demo(
+    world: Annotated[str, typer.Option(help="Name of a world, or a TOML file.")] = "flat",
+    headless: Annotated[
+        bool, typer.Option("--headless", help="No page, as fast as it goes, ends by itself.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same room and noise.")] = 1,
+    port: Port = None,
+    json_file: JsonFile = None,
+) -> None:
+    """Fly a simulated Crazyflie through a flat that it has never seen, and watch it."""
+    from ground.demo import DemoOptions, run_demo
+
+    _run(run_demo(DemoOptions(world, headless, seed, port, json_file), out))
+
+
+@app.command(
+    add_help_option=False,
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
+)
+def sim(ctx: typer.Context) -> None:
+    """Simulate a Crazyflie behind a UDP port (`wayflie sim --help` shows its options)."""
+    from ground.sim.command import sim as simulate
+
+    simulator = typer.Typer(add_completion=False)
+    simulator.command()(simulate)
+    simulator(args=ctx.args, prog_name="wayflie sim")
+
+
+@app.command()
+def ground(uri: Uri = SIMULATOR_URI, port: Port = None) -> None:
+    """Serve the page for a drone: the map, its state, and buttons to fly it."""
+    from ground.commands import serve_ground
+
+    _run(serve_ground(uri, port, out))
+
+
+@app.command(context_settings={"ignore_unknown_options": True})
+def goto(
+    x: Annotated[float, typer.Argument(help="Metres forward of the take-off place.")],
+    y: Annotated[float, typer.Argument(help="Metres to the left of it.")],
+    uri: Uri = SIMULATOR_URI,
+    hold: Annotated[
+        bool, typer.Option("--hold", help="Hover there until Ctrl-C instead of landing.")
+    ] = False,
+    json_file: JsonFile = None,
+) -> None:
+    """Fly to a point and land there."""
+    from ground.commands import fly_to
+
+    _run(fly_to(uri, x, y, hold, json_file, out))
+
+
+@app.command()
+def explore(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None) -> None:
+    """Map everything that can be reached, come back and land."""
+    _mission("EXPLORE", uri, json_file)
+
+
+@app.command()
+def home(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None) -> None:
+    """Fly back to where it took off, and land."""
+    _mission("HOME", uri, json_file)
+
+
+@app.command()
+def land(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None) -> None:
+    """Land where it is."""
+    _mission("LAND", uri, json_file)
+
+
+def _mission(name: str, uri: str, json_file: Path | None) -> None:
+    from ground.commands import fly_mission
+    from ground.core import MissionCmd
+
+    _run(fly_mission(uri, MissionCmd[name], json_file, out))
+
+
+@app.command()
+def stop(uri: Uri = SIMULATOR_URI) -> None:
+    """Emergency: cut the motors at once. The drone falls and stays locked until restarted."""
+    from ground.commands import emergency_stop
+
+    _run(emergency_stop(uri, out))
+
+
+@map_app.command("save")
+def map_save(
+    file: Annotated[Path, typer.Argument(help="A .png picture or .npz arrays.")],
+    uri: Uri = SIMULATOR_URI,
+) -> None:
+    """Fetch the whole map from the drone and write it to a file."""
+    from ground.commands import fetch_map
+
+    _run(fetch_map(uri, file, out))
+
+
+def main() -> None:
+    """Entry point."""
+    try:
+        app()
+    except GroundError as error:  # raised while a command's modules were imported
+        err.print(f"wayflie: {error}", markup=False)
+        sys.exit(1)

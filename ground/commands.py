@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the commands do that talk to one drone. Each returns whether it reached what was asked."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+from rich.console import Console
+
+from ground.checks import Check, write_report
+from ground.core import MissionCmd
+from ground.flight import Outcome, fly
+from ground.link_radio import RadioLink
+from ground.mapfile import save_map
+from ground.model import Point
+from ground.session import explain, keep_connected, landing_on_interrupt, narrated
+from ground.station import Station, station_on
+from ground.web.cockpit import Cockpit
+from ground.web.server import page_server
+from ground.words import COMMAND_WORDS
+
+MAP_PATIENCE_S = 30.0
+
+
+@contextlib.asynccontextmanager
+async def _flying(uri: str, out: Console) -> AsyncIterator[Station]:
+    async with (
+        station_on(RadioLink(uri)) as station,
+        narrated(station, out),
+        landing_on_interrupt(station, out),
+    ):
+        yield station
+
+
+async def fly_to(
+    uri: str, x_m: float, y_m: float, hold: bool, json_file: Path | None, out: Console
+) -> bool:
+    """Fly to a point of the map, then land there or hover until Ctrl-C."""
+    async with _flying(uri, out) as station:
+        outcome = await fly(station, MissionCmd.GOTO, Point(x_m, y_m))
+        _report(station, MissionCmd.GOTO, outcome, json_file, out)
+        if outcome.reached and hold:
+            out.print("hovering there until Ctrl-C")
+            await station.ended()
+        if station.picture.state.airborne:
+            await fly(station, MissionCmd.LAND)
+    return outcome.reached
+
+
+async def fly_mission(uri: str, cmd: MissionCmd, json_file: Path | None, out: Console) -> bool:
+    """A command without a goal."""
+    async with _flying(uri, out) as station:
+        outcome = await fly(station, cmd)
+        _report(station, cmd, outcome, json_file, out)
+    return outcome.reached
+
+
+def _report(
+    station: Station, cmd: MissionCmd, outcome: Outcome, json_file: Path | None, out: Console
+) -> None:
+    if outcome.reached:
+        out.print(f"[green]{COMMAND_WORDS[cmd]}: {outcome.sentence}[/]")
+    else:
+        out.print(f"[red]{COMMAND_WORDS[cmd]}: {explain(outcome)}[/]")
+    if json_file:
+        stats = station.stats
+        figures = {
+            "reached": outcome.reached,
+            "reason": outcome.reason.name,
+            "sentence": explain(outcome),
+            "place": [outcome.place.x_m, outcome.place.y_m] if outcome.place else None,
+            "drone_s": station.picture.drone_ms / 1000,
+            "known_cells": station.picture.map.known_cells,
+            "map_complete": station.picture.map.completeness,
+            "log_packets": stats.log_packets,
+            "lost_packets": stats.lost_packets,
+        }
+        write_report(json_file, figures, [Check("reached", outcome.reached, True, "==")])
+
+
+async def emergency_stop(uri: str, out: Console) -> bool:
+    """Cut the motors."""
+    async with station_on(RadioLink(uri)) as station:
+        await station.emergency_stop()
+    out.print("stopped: the motors are cut, the drone is locked until it is restarted")
+    return True
+
+
+async def fetch_map(uri: str, file: Path, out: Console) -> bool:
+    """Wait for the whole map and write it."""
+    async with station_on(RadioLink(uri)) as station:
+        grid = station.picture.map
+        station.ask_snapshot()
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(MAP_PATIENCE_S):
+                while grid.completeness < 1:
+                    await asyncio.sleep(0.1)
+        save_map(grid, file)
+    out.print(
+        f"{file}: {grid.known_cells} known cells, {grid.completeness:.0%} of the map received"
+    )
+    return grid.completeness == 1
+
+
+async def serve_ground(uri: str, port: int | None, out: Console) -> bool:
+    """The page for a drone, until Ctrl-C."""
+    cockpit = Cockpit()
+    async with page_server(cockpit, port) as address:
+        out.print(f"page: [bold]{address}[/]   drone: {uri}   (Ctrl-C lands and ends)")
+        await keep_connected(cockpit, uri, out)
+    return True

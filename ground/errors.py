@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What can go wrong on the ground.
+
+GroundError              a sentence for the user, one line
++-- CoreMissing          the compiled C core is not there
++-- LinkError            the way to the drone
+|   +-- LinkUnavailable  nobody answers, or the link cannot be opened
+|   +-- LinkLost         it was there and is gone
+|   +-- NoAnswer         a request was repeated and never answered
++-- ProtocolMismatch     the other side runs no Wayflie, or another version
++-- CommandRefused       the drone said no; carries its reason
++-- StopLatched          the emergency stop was pressed and not released
++-- SimulatorFailed      the simulator did not start or ended early
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ground.core import MissionReason
+
+
+class GroundError(Exception):
+    """Root: str() of it is one line that a user can act upon."""
+
+
+class CoreMissing(GroundError):
+    """The compiled C core is not there."""
+
+
+class LinkError(GroundError):
+    """The way to the drone does not work."""
+
+
+class LinkUnavailable(LinkError):
+    """Nobody answers, or the link cannot be opened."""
+
+
+class LinkLost(LinkError):
+    """The link was there and is gone."""
+
+
+class NoAnswer(LinkError):
+    """A request was repeated and never answered."""
+
+
+class ProtocolMismatch(GroundError):
+    """The other side runs no Wayflie, or another version of it."""
+
+
+class CommandRefused(GroundError):
+    """The drone said no."""
+
+    def __init__(self, sentence: str, reason: MissionReason) -> None:
+        super().__init__(sentence)
+        self.reason = reason
+
+
+class StopLatched(GroundError):
+    """The emergency stop was pressed and not released."""
+
+
+class SimulatorFailed(GroundError):
+    """The simulator did not start or ended early."""

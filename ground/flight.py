@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Give one command and see it through: did the drone do what was asked?"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from dataclasses import dataclass
+
+from ground.core import EventCode, MissionCmd, MissionReason, MissionState
+from ground.errors import CommandRefused, LinkLost
+from ground.logstream import CLOCK_MS
+from ground.model import Event, Incoming, LinkChange, LinkState, Point, Telemetry
+from ground.station import Listener, Station
+from ground.words import REASON_WORDS, STATE_WORDS
+
+SILENCE_S = 10.0  # of the link, then the flight counts as lost from sight
+SETTLED_MS = 5000  # in one resting state for so long: nothing more will come
+NEAR_M = 0.25
+REFUSAL_EVENT_S = 0.3
+
+# What each command ends in.
+_END_STATES = {
+    MissionCmd.TAKE_OFF: MissionState.HOVER,
+    MissionCmd.GOTO: MissionState.HOVER,
+    MissionCmd.EXPLORE: MissionState.IDLE,
+    MissionCmd.HOME: MissionState.IDLE,
+    MissionCmd.LAND: MissionState.IDLE,
+    MissionCmd.HOLD: MissionState.HOVER,
+    MissionCmd.SCAN: MissionState.HOVER,
+}
+# These are not in that state already when they are given, so that seeing it once is enough.
+_FROM_ELSEWHERE = (MissionCmd.TAKE_OFF, MissionCmd.HOME, MissionCmd.LAND, MissionCmd.HOLD)
+# These end a flight: what goes wrong on board does not end the waiting for the landing.
+_DESCENDING = (MissionCmd.HOME, MissionCmd.LAND)
+_RESTING = (MissionState.IDLE, MissionState.HOVER, MissionState.FAULT)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a command ended. `place`: where it arrived, or the nearest point that can be reached."""
+
+    reached: bool
+    sentence: str
+    reason: MissionReason = MissionReason.OK
+    place: Point | None = None
+
+
+class _Watch:
+    """Judges one message after the other; `since_ms` is the drone's clock at the command."""
+
+    def __init__(self, cmd: MissionCmd, goal: Point | None, since_ms: int) -> None:
+        self._cmd = cmd
+        self._goal = goal
+        self._since_ms = since_ms
+        self._explored = False
+        self._resting: MissionState | None = None
+        self._resting_since_ms = 0
+
+    def judge(self, message: Incoming) -> Outcome | None:
+        match message:
+            case Event() if not _earlier(message.drone_ms, self._since_ms):
+                return self._judge_event(message)
+            case Telemetry():
+                return self._judge_telemetry(message)
+            case LinkChange(LinkState.LOST, detail):
+                raise LinkLost(f"the link to the drone is gone: {detail}")
+        return None
+
+    def _judge_event(self, event: Event) -> Outcome | None:
+        match event.code:
+            case EventCode.REFUSED:
+                return Outcome(False, REASON_WORDS[event.reason], event.reason, event.place)
+            case EventCode.FAULT if self._cmd not in _DESCENDING:
+                return Outcome(False, REASON_WORDS[event.reason], event.reason)
+            case EventCode.ARRIVED if self._cmd is MissionCmd.GOTO:
+                return Outcome(True, "arrived", place=event.place)
+            case EventCode.EXPLORED:
+                self._explored = True
+            case EventCode.STATE:
+                return self._judge_state(MissionState(event.argument))
+        return None
+
+    def _judge_state(self, state: MissionState) -> Outcome | None:
+        """A state was entered."""
+        if state is MissionState.FAULT:
+            return Outcome(False, STATE_WORDS[state])
+        if state is not _END_STATES[self._cmd] or self._cmd is MissionCmd.GOTO:
+            return None
+        if self._cmd is MissionCmd.EXPLORE and not self._explored:
+            return Outcome(False, "it landed before everything was explored")
+        return Outcome(True, "done")
+
+    def _judge_telemetry(self, telemetry: Telemetry) -> Outcome | None:
+        """Decides where events were lost: by a state that lasts."""
+        state, ended = telemetry.state, telemetry.state is _END_STATES[self._cmd]
+        if ended and self._cmd in _FROM_ELSEWHERE and telemetry.drone_ms > self._since_ms:
+            return Outcome(True, "done")
+        if state not in _RESTING or state is not self._resting:
+            self._resting = state if state in _RESTING else None
+            self._resting_since_ms = telemetry.drone_ms
+            return None
+        if telemetry.drone_ms - self._resting_since_ms < SETTLED_MS:
+            return None
+        if ended and self._is_there(telemetry):
+            return Outcome(True, "done", place=Point(telemetry.pose.x_m, telemetry.pose.y_m))
+        reason = telemetry.fault
+        words = REASON_WORDS[reason] if reason else "something else stopped it on the way"
+        return Outcome(False, words, reason)
+
+    def _is_there(self, telemetry: Telemetry) -> bool:
+        if self._cmd is MissionCmd.EXPLORE:
+            return self._explored
+        if self._cmd is not MissionCmd.GOTO or self._goal is None:
+            return True
+        dx_m = telemetry.pose.x_m - self._goal.x_m
+        dy_m = telemetry.pose.y_m - self._goal.y_m
+        return dx_m * dx_m + dy_m * dy_m < NEAR_M * NEAR_M
+
+
+async def fly(station: Station, cmd: MissionCmd, goal: Point | None = None) -> Outcome:
+    """Command and wait until it is done, refused or has failed. Raises LinkLost, NoAnswer."""
+    watch = _Watch(cmd, goal, station.picture.drone_ms)
+    with station.listen() as listener:
+        try:
+            await station.command(cmd, goal)
+        except CommandRefused as refusal:
+            place = await _nearest_point(listener)
+            return Outcome(False, str(refusal), refusal.reason, place)
+        while True:
+            message = await listener.next(SILENCE_S)
+            if message is None:
+                raise LinkLost(f"the drone was not heard for {SILENCE_S:.0f} s")
+            if outcome := watch.judge(message):
+                return outcome
+
+
+async def _nearest_point(listener: Listener) -> Point | None:
+    """The event beside a refusal, which may carry the nearest point that can be reached."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(REFUSAL_EVENT_S):
+            while True:
+                message = await listener.next()
+                if isinstance(message, Event) and message.code is EventCode.REFUSED:
+                    return message.place
+    return None
+
+
+def _earlier(a_ms: int, b_ms: int) -> bool:
+    """Log packets carry fewer bits of the drone's clock than events do: compare in those."""
+    return (a_ms - b_ms) % CLOCK_MS > CLOCK_MS // 2

@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Link over cflib: radio, USB, serial, and UDP to a simulator. The only file that imports cflib.
+
+Threads: cflib calls back on its own threads; everything that it brings goes through one Inbox to
+the loop. Calls into cflib may block, so one worker thread makes them all, in order.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import threading
+import time
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import TypeVar
+
+import cflib.crtp
+from cflib.crazyflie import Crazyflie
+from cflib.crazyflie.log import LogConfig
+from cflib.crtp.crtpstack import CRTPPacket, CRTPPort
+
+from ground.errors import LinkUnavailable, ProtocolMismatch
+from ground.inbox import Inbox
+from ground.logblocks import LogBlock, log_blocks
+from ground.logstream import LogStream
+from ground.model import (
+    Console,
+    EmergencyStop,
+    Incoming,
+    LinkChange,
+    LinkState,
+    LinkStats,
+    Outgoing,
+    ParameterValue,
+    SetParameter,
+)
+from ground.wire import decode_message, encode_request
+
+log = logging.getLogger(__name__)
+T = TypeVar("T")
+
+ATTEMPTS = 3
+STALL_S = 2.0  # cflib waits for ever for a lost handshake packet over UDP
+SILENT_S = 1.0
+WATCH_PERIOD_S = 0.25
+INBOX_MESSAGES = 4096
+UNSENT_MESSAGES = 64
+
+
+class RadioLink:
+    """A Crazyflie at a cflib URI."""
+
+    def __init__(self, uri: str, map_period_ms: int = 20) -> None:
+        self.uri = uri
+        self._blocks = log_blocks(map_period_ms)
+        self._streams: list[tuple[LogStream, LogConfig]] = []
+        self._cf: Crazyflie | None = None
+        self._inbox: Inbox[Incoming] | None = None
+        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="cflib-calls")
+        self._unsent = threading.BoundedSemaphore(UNSENT_MESSAGES)
+        self._unsent_dropped = 0
+        self._bad_packets = 0
+        self._heard_s = 0.0
+        self._progress_s = 0.0
+        self._watcher: asyncio.Task[None] | None = None
+
+    @property
+    def stats(self) -> LinkStats:
+        """Counters since open()."""
+        streams = [stream for stream, _ in self._streams]
+        dropped = self._inbox.dropped if self._inbox else 0
+        return LinkStats(
+            log_packets=sum(stream.received for stream in streams),
+            lost_packets=sum(stream.lost for stream in streams),
+            bad_packets=self._bad_packets + sum(stream.bad for stream in streams),
+            dropped_messages=dropped + self._unsent_dropped,
+        )
+
+    async def open(self) -> None:
+        """Connect, with time limits of our own, and start the log blocks."""
+        if not cflib.crtp.CLASSES:
+            cflib.crtp.init_drivers(enable_serial_driver=True)
+        self._inbox = Inbox(asyncio.get_running_loop(), INBOX_MESSAGES)
+        for attempt in range(1, ATTEMPTS + 1):
+            try:
+                self._cf = await self._connect()
+                break
+            except TimeoutError:
+                log.info("connecting to %s stalled (attempt %d)", self.uri, attempt)
+        else:
+            raise LinkUnavailable(f"{self.uri} answered, but connecting did not come to an end")
+        try:
+            self._prepare_logs(self._cf)
+        except ProtocolMismatch:
+            await self.close()
+            raise
+        self._inbox.put(LinkChange(LinkState.CONNECTED, f"connected to {self.uri}"))
+        self._watcher = asyncio.create_task(self._watch())
+
+    async def close(self) -> None:
+        """Let go of the drone; cflib takes about a second for it."""
+        if self._watcher:
+            self._watcher.cancel()
+            self._watcher = None
+        if self._cf:
+            cf, self._cf = self._cf, None
+            await self._call(cf.close_link)
+        if self._inbox:
+            self._inbox.close()
+        self._worker.shutdown(wait=False)
+
+    def send(self, message: Outgoing) -> None:
+        """Hand over to the worker thread; dropped and counted when that has fallen behind."""
+        if self._cf is None:
+            return
+        if not self._unsent.acquire(blocking=False):
+            self._unsent_dropped += 1
+            return
+        self._worker.submit(self._send_now, self._cf, message)
+
+    async def messages(self) -> AsyncIterator[Incoming]:
+        """What comes in, until the link is closed or lost."""
+        assert self._inbox is not None, "open() first"
+        while batch := await self._inbox.take():
+            for message in batch:
+                yield message
+
+    # --- loop ------------------------------------------------------------------------------------
+
+    async def _connect(self) -> Crazyflie:
+        loop = asyncio.get_running_loop()
+        ready: asyncio.Future[str] = loop.create_future()
+
+        def settle(error: str) -> None:
+            loop.call_soon_threadsafe(_settle, ready, error)
+
+        cf = self._new_crazyflie(settle)
+        self._progress_s = time.monotonic()
+        try:
+            await self._call(cf.open_link, self.uri)
+            while not ready.done():
+                await asyncio.wait([ready], timeout=0.1)
+                if time.monotonic() - self._progress_s > STALL_S:
+                    raise TimeoutError
+            if error := ready.result():
+                raise LinkUnavailable(f"nobody answers at {self.uri} ({_last_line(error)})")
+        except BaseException:
+            await self._call(cf.close_link)
+            raise
+        cf.connection_lost.add_callback(self._on_lost)
+        return cf
+
+    def _prepare_logs(self, cf: Crazyflie) -> None:
+        if "way" not in cf.log.toc.toc:
+            raise ProtocolMismatch(f"{self.uri}: this Crazyflie runs no Wayflie app")
+        for block in self._blocks:
+            config = LogConfig(block.name, block.period_ms)
+            for name, fetch_as in block.variables:
+                config.add_variable(name, fetch_as)
+            try:
+                cf.log.add_config(config)
+            except KeyError as error:
+                if block.required:
+                    raise ProtocolMismatch(f"{self.uri}: {error.args[0]}") from error
+                log.warning("no %s: %s", block.name, error.args[0])
+                continue
+            self._streams.append((self._start_stream(block, config), config))
+
+    def _start_stream(self, block: LogBlock, config: LogConfig) -> LogStream:
+        assert self._inbox is not None
+        stream = LogStream(block, self._inbox.put)
+        config.data_received_cb.add_callback(lambda ms, values, _: stream.take(ms, values))
+        return stream
+
+    async def _watch(self) -> None:
+        """Notice silence; set log blocks up again that do not come (a lost packet, a reset)."""
+        assert self._inbox is not None
+        silent = False
+        while True:
+            now_s = time.monotonic()
+            if silent != (now_s - self._heard_s > SILENT_S):
+                silent = not silent
+                state = LinkState.SILENT if silent else LinkState.CONNECTED
+                detail = f"nothing heard for {SILENT_S:.0f} s" if silent else "heard again"
+                self._inbox.put(LinkChange(state, detail))
+            for stream, config in self._streams:
+                if stream.overdue(now_s):
+                    self._worker.submit(_create_block, config)
+            await asyncio.sleep(WATCH_PERIOD_S)
+
+    def _call(self, function: Callable[..., T], *arguments: str) -> asyncio.Future[T]:
+        return asyncio.get_running_loop().run_in_executor(self._worker, function, *arguments)
+
+    # --- worker thread ---------------------------------------------------------------------------
+
+    def _send_now(self, cf: Crazyflie, message: Outgoing) -> None:
+        try:
+            match message:
+                case EmergencyStop():
+                    cf.supervisor.send_emergency_stop()
+                case SetParameter(name, value):
+                    cf.param.set_value(name, value)
+                case _:
+                    cf.appchannel.send_packet(encode_request(message))
+        except Exception as error:  # a worker thread has nobody above it who could report
+            log.warning("could not send %s: %s", message, error)
+        finally:
+            self._unsent.release()
+
+    # --- cflib's threads: nothing here may raise -------------------------------------------------
+
+    def _new_crazyflie(self, settle: Callable[[str], None]) -> Crazyflie:
+        cf = Crazyflie(rw_cache=None if self.uri.startswith("udp://") else str(_cache_folder()))
+        cf.packet_received.add_callback(self._on_packet)
+        cf.fully_connected.add_callback(lambda _uri: settle(""))
+        for failed in (cf.connection_failed, cf.connection_lost, cf.disconnected_link_error):
+            failed.add_callback(lambda _uri, text: settle(text or "the link failed"))
+        cf.appchannel.packet_received.add_callback(self._on_app_packet)
+        cf.console.receivedChar.add_callback(lambda text: self._put(Console(text)))
+        cf.param.add_update_callback(group="way", cb=self._on_parameter)
+        return cf
+
+    def _on_packet(self, packet: CRTPPacket) -> None:
+        self._heard_s = time.monotonic()
+        if packet.port != CRTPPort.LINKCTRL:
+            self._progress_s = self._heard_s
+
+    def _on_app_packet(self, data: bytearray) -> None:
+        message = decode_message(bytes(data))
+        if message is None:
+            self._bad_packets += 1
+        else:
+            self._put(message)
+
+    def _on_parameter(self, name: str, value: str) -> None:
+        self._put(ParameterValue(name, float(value)))
+
+    def _on_lost(self, _uri: str, text: str) -> None:
+        self._put(LinkChange(LinkState.LOST, _last_line(text)))
+        if self._inbox:
+            self._inbox.close()
+
+    def _put(self, message: Incoming) -> None:
+        if self._inbox:
+            self._inbox.put(message)
+
+
+def _settle(ready: asyncio.Future[str], error: str) -> None:
+    if not ready.done():
+        ready.set_result(error)
+
+
+def _create_block(config: LogConfig) -> None:
+    """Worker thread: (re)create the block; cflib starts it when that is acknowledged."""
+    config.added = False
+    config.start()
+
+
+def _cache_folder() -> Path:
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "wayflie" / "toc"
+
+
+def _last_line(text: str) -> str:
+    """cflib puts whole tracebacks into messages: keep the part that a user can read."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    return lines[-1].split("] ")[-1].lower() if lines else "the link failed"

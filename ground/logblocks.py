@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which log variables are asked for, in which blocks, and what they mean.
+
+A block holds at most 26 bytes and 9 variables: more would need a second packet to set it up, and
+losing that one would leave a block of another shape.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from ground.core import MissionReason, MissionState
+from ground.model import Health, LogMessage, Point, Pose, Ranges, Telemetry
+from ground.wire import decode_map_piece
+
+Values = Mapping[str, float]
+MAP_WORDS = tuple(f"waymap.m{i}" for i in range(7))
+RANGE_NONE_MM = 32767
+
+
+@dataclass(frozen=True, slots=True)
+class LogBlock:
+    """One block; decode(drone_ms, values) gives None where the values make no sense."""
+
+    name: str
+    period_ms: int
+    variables: tuple[tuple[str, str], ...]
+    decode: Callable[[int, Values], LogMessage | None]
+    required: bool = True
+
+
+def decode_telemetry(drone_ms: int, values: Values) -> Telemetry | None:
+    """Values of the block `state`."""
+    numbers = [float(values[name]) for name, _ in TELEMETRY_VARIABLES]
+    if not all(map(math.isfinite, numbers)):
+        return None
+    x_m, y_m, yaw_deg, z_m, goal_x_m, goal_y_m, state, fault, confidence = numbers
+    try:
+        return Telemetry(
+            drone_ms=drone_ms,
+            pose=Pose(x_m, y_m, z_m, math.radians(yaw_deg)),
+            goal=Point(goal_x_m, goal_y_m),
+            state=MissionState(int(state)),
+            fault=MissionReason(int(fault)),
+            confidence_percent=int(confidence),
+        )
+    except ValueError:  # a state or reason of a newer app
+        return None
+
+
+def decode_health(drone_ms: int, values: Values) -> Health | None:
+    """Values of the block `health`."""
+    if not all(map(math.isfinite, values.values())):
+        return None
+    return Health(
+        drone_ms=drone_ms,
+        battery_v=float(values["pm.vbat"]),
+        path_m=float(values["way.pathLen"]),
+        plan_us=int(values["way.planUs"]),
+        plan_nodes=int(values["way.planNodes"]),
+        known_cells=int(values["way.known"]),
+        tick_us=int(values["way.tickUs"]),
+        drops=int(values["way.drops"]),
+        supervisor=int(values["supervisor.info"]),
+    )
+
+
+def decode_ranges(drone_ms: int, values: Values) -> Ranges:
+    """Values of the block `ranges`: millimetres, 32767 for none, 0 before the first one."""
+    metres = [
+        None if values[name] in (0, RANGE_NONE_MM) else values[name] / 1000
+        for name, _ in RANGE_VARIABLES
+    ]
+    return Ranges(drone_ms, *metres)
+
+
+def decode_map(_drone_ms: int, values: Values) -> LogMessage | None:
+    """Values of the block `map`."""
+    words = [int(values[name]) for name in MAP_WORDS]
+    try:
+        return decode_map_piece(struct.pack("<6IH", *words))
+    except struct.error:  # another build's types
+        return None
+
+
+TELEMETRY_VARIABLES = (
+    ("way.x", "float"),
+    ("way.y", "float"),
+    ("way.yaw", "FP16"),
+    ("stateEstimate.z", "FP16"),
+    ("way.goalX", "float"),
+    ("way.goalY", "float"),
+    ("way.state", "uint8_t"),
+    ("way.fault", "uint8_t"),
+    ("way.conf", "uint8_t"),
+)
+HEALTH_VARIABLES = (
+    ("pm.vbat", "FP16"),
+    ("way.pathLen", "float"),
+    ("way.planUs", "uint32_t"),
+    ("way.planNodes", "uint16_t"),
+    ("way.known", "uint16_t"),
+    ("way.tickUs", "uint32_t"),
+    ("way.drops", "uint16_t"),
+    ("supervisor.info", "uint16_t"),
+)
+RANGE_VARIABLES = tuple(
+    (f"range.{side}", "uint16_t") for side in ("front", "back", "left", "right", "up")
+)
+MAP_VARIABLES = (*((name, "uint32_t") for name in MAP_WORDS[:6]), (MAP_WORDS[6], "uint16_t"))
+
+
+def log_blocks(map_period_ms: int) -> tuple[LogBlock, ...]:
+    """All blocks of a session. Periods are multiples of 10 ms from 10 to 2540."""
+    return (
+        LogBlock("state", 50, TELEMETRY_VARIABLES, decode_telemetry),
+        LogBlock("map", map_period_ms, MAP_VARIABLES, decode_map),
+        LogBlock("health", 500, HEALTH_VARIABLES, decode_health),
+        LogBlock("ranges", 100, RANGE_VARIABLES, decode_ranges, required=False),
+    )

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One running log block: counts what comes and what is missing, and dates it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from ground.logblocks import LogBlock, Values
+from ground.model import LogMessage
+
+CLOCK_MS = 1 << 24  # log packets carry 24 bits of milliseconds
+LONGEST_GAP_MS = 60_000  # longer than this is a restart, not a loss
+OVERDUE_S = 0.6
+
+
+class LogStream:
+    """Turns log packets into messages. take() belongs to one foreign thread; counters are read
+    by others, which is safe for plain integers."""
+
+    def __init__(self, block: LogBlock, deliver: Callable[[LogMessage], None]) -> None:
+        self._block = block
+        self._deliver = deliver
+        self._last_ms: int | None = None
+        self._awaited_since_s = float("-inf")
+        self.received = 0
+        self.lost = 0
+        self.bad = 0
+
+    def take(self, clock_ms: int, values: Values) -> None:
+        """One packet, with the 24-bit time stamp that it carried."""
+        self.received += 1
+        self._awaited_since_s = time.monotonic()
+        drone_ms = self._unwrap(clock_ms)
+        message = self._block.decode(drone_ms, values)
+        if message is None:
+            self.bad += 1
+        else:
+            self._deliver(message)
+
+    def overdue(self, now_s: float) -> bool:
+        """True, once a while, if packets should have come and did not."""
+        wait_s = max(OVERDUE_S, 3 * self._block.period_ms / 1000)
+        if now_s - self._awaited_since_s < wait_s:
+            return False
+        self._awaited_since_s = now_s
+        return True
+
+    def _unwrap(self, clock_ms: int) -> int:
+        """Milliseconds that go on where 24 bits wrap; a gap counts as lost packets."""
+        if self._last_ms is None:
+            self._last_ms = clock_ms
+            return clock_ms
+        step_ms = (clock_ms - self._last_ms) % CLOCK_MS
+        if step_ms > CLOCK_MS // 2:  # backwards: another packet overtook it, or the drone restarted
+            self._last_ms = clock_ms
+            return clock_ms
+        if step_ms < LONGEST_GAP_MS:
+            self.lost += max(0, round(step_ms / self._block.period_ms) - 1)
+        self._last_ms += step_ms
+        return self._last_ms

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The ground's copy of the drone's map, put together from the tiles that it streams."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground.core import (
+    GRID_SIDE_CELLS,
+    MAP_EPOCHS,
+    TILE_SIDE_CELLS,
+    TILES,
+    TILES_PER_ROW,
+    CellState,
+)
+from ground.model import Hello, MapPiece, Point
+
+NO_POINT = 255
+# Cell codes of GroundMap.codes(), one byte a cell: a CellState, or a point in the upper six bits.
+CODE_POINT = 3
+
+
+class GroundMap:
+    """States and obstacle points of all cells, row 0 in the south, column 0 in the west.
+
+    `states` is (side, side) of CellState, `eighths` (side, side) with the place of the point in
+    its cell (x in bits 0-2, y in bits 3-5) or NO_POINT. `revision` grows with every change.
+    """
+
+    def __init__(self) -> None:
+        shape = (GRID_SIDE_CELLS, GRID_SIDE_CELLS)
+        self.states: NDArray[np.uint8] = np.zeros(shape, np.uint8)
+        self.eighths: NDArray[np.uint8] = np.full(shape, NO_POINT, np.uint8)
+        self.tile_seen_s: NDArray[np.float64] = np.full(TILES, -np.inf)
+        self.cell_m = 0.05
+        self.origin = Point(-0.5 * GRID_SIDE_CELLS * 0.05, -0.5 * GRID_SIDE_CELLS * 0.05)
+        self.epoch: int | None = None
+        self.revision = 0
+
+    def clear(self, epoch: int | None) -> None:
+        """Forget everything; pieces of that epoch are awaited (None: of any)."""
+        self.states.fill(CellState.UNKNOWN)
+        self.eighths.fill(NO_POINT)
+        self.tile_seen_s.fill(-np.inf)
+        self.epoch = epoch
+        self.revision += 1
+
+    def take_hello(self, hello: Hello) -> None:
+        """Learn where the grid lies. Another epoch or geometry than before clears the map."""
+        same = (hello.cell_m, hello.origin, hello.epoch) == (self.cell_m, self.origin, self.epoch)
+        self.cell_m, self.origin = hello.cell_m, hello.origin
+        if not same:
+            self.clear(hello.epoch)
+
+    def take_piece(self, piece: MapPiece, now_s: float) -> bool:
+        """Put one tile in; a newer epoch clears the map first. @return False for an older one."""
+        if self.epoch is None:
+            self.epoch = piece.epoch
+        ahead = (piece.epoch - self.epoch) % MAP_EPOCHS
+        if ahead == MAP_EPOCHS - 1:
+            return False
+        if ahead:
+            self.clear(piece.epoch)
+        window = self._window(piece.tile)
+        states = np.frombuffer(piece.states, np.uint8).reshape(TILE_SIDE_CELLS, TILE_SIDE_CELLS)
+        eighths = np.where(states == CellState.OCCUPIED, self.eighths[window], NO_POINT)
+        for cell, place in piece.points:
+            eighths[divmod(cell, TILE_SIDE_CELLS)] = place
+        if not (
+            np.array_equal(self.states[window], states)
+            and np.array_equal(self.eighths[window], eighths)
+        ):
+            self.states[window] = states
+            self.eighths[window] = eighths
+            self.revision += 1
+        self.tile_seen_s[piece.tile] = now_s
+        return True
+
+    @property
+    def completeness(self) -> float:
+        """Share of the tiles that arrived since the map was cleared, 0 to 1."""
+        return float(np.mean(np.isfinite(self.tile_seen_s)))
+
+    @property
+    def known_cells(self) -> int:
+        """Cells that were observed."""
+        return int(np.count_nonzero(self.states))
+
+    def tile_ages_s(self, now_s: float) -> NDArray[np.float64]:
+        """Seconds since each tile came last; infinite where it never did."""
+        return now_s - self.tile_seen_s
+
+    def obstacles_m(self) -> NDArray[np.float64]:
+        """(n, 2) positions of the obstacles: a cell's point, or its centre where it has none."""
+        rows, columns = np.nonzero(self.states == CellState.OCCUPIED)
+        eighths = self.eighths[rows, columns]
+        none = eighths == NO_POINT
+        inside_x = np.where(none, 0.5, ((eighths & 7) + 0.5) / 8)
+        inside_y = np.where(none, 0.5, ((eighths >> 3) + 0.5) / 8)
+        origin = np.array([self.origin.x_m, self.origin.y_m])
+        cells = np.column_stack([columns + inside_x, rows + inside_y])
+        return np.asarray(origin + cells * self.cell_m, np.float64)
+
+    def codes(self) -> NDArray[np.uint8]:
+        """(side, side): a CellState a cell, or CODE_POINT + 4 * eighths where a point is known."""
+        points = self.eighths != NO_POINT
+        return np.where(points, CODE_POINT + 4 * (self.eighths & 63), self.states).astype(np.uint8)
+
+    def _window(self, tile: int) -> tuple[Any, Any]:
+        row, column = divmod(tile, TILES_PER_ROW)
+        side = TILE_SIDE_CELLS
+        return np.s_[row * side : (row + 1) * side], np.s_[column * side : (column + 1) * side]

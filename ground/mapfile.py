@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Write the map as a picture or as arrays."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground.core import CellState
+from ground.errors import GroundError
+from ground.map import GroundMap
+
+PIXELS_PER_CELL = 6
+_GREYS = {CellState.UNKNOWN: 205, CellState.FREE: 254, CellState.OCCUPIED: 0}
+
+
+def save_map(grid: GroundMap, path: Path) -> None:
+    """`.png`: a picture, north up. `.npz`: states, obstacles_m, cell_m, origin_m."""
+    match path.suffix.lower():
+        case ".png":
+            path.write_bytes(_png(_picture(grid)))
+        case ".npz":
+            origin_m = (grid.origin.x_m, grid.origin.y_m)
+            np.savez_compressed(
+                path,
+                states=grid.states,
+                obstacles_m=grid.obstacles_m(),
+                cell_m=grid.cell_m,
+                origin_m=origin_m,
+            )
+        case suffix:
+            raise GroundError(f"cannot write a map as {suffix or path.name!r}: use .png or .npz")
+
+
+def _picture(grid: GroundMap) -> NDArray[np.uint8]:
+    shades = np.zeros(len(CellState), np.uint8)
+    for state, grey in _GREYS.items():
+        shades[state] = grey
+    cells = shades[grid.states[::-1]]
+    return cells.repeat(PIXELS_PER_CELL, axis=0).repeat(PIXELS_PER_CELL, axis=1)
+
+
+def _png(grey: NDArray[np.uint8]) -> bytes:
+    """A greyscale PNG (W3C PNG, 2003: signature, IHDR, IDAT, IEND; filter 0 in front of a row)."""
+    height, width = grey.shape
+    rows = np.insert(grey, 0, 0, axis=1).tobytes()
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    chunks = [(b"IHDR", header), (b"IDAT", zlib.compress(rows, 9)), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, data) for kind, data in chunks)
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    check = zlib.crc32(kind + data)
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", check)

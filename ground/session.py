@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the commands share: say what happens, land on Ctrl-C, serve the page for a link."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import AsyncIterator
+
+from rich.console import Console
+
+from ground.core import EventCode, MissionCmd, MissionState
+from ground.errors import GroundError
+from ground.flight import Outcome, fly
+from ground.link_radio import RadioLink
+from ground.model import Event, LinkChange, LinkState
+from ground.station import Station, station_on
+from ground.web.cockpit import Cockpit
+from ground.words import REASON_WORDS, STATE_WORDS
+
+log = logging.getLogger(__name__)
+
+RETRY_S = 2.0
+LANDING_S = 60.0
+
+
+@contextlib.asynccontextmanager
+async def narrated(station: Station, console: Console) -> AsyncIterator[None]:
+    """Say what the drone does meanwhile, a line for each change."""
+    task = asyncio.create_task(_narrate(station, console))
+    try:
+        yield
+    finally:
+        task.cancel()
+
+
+async def _narrate(station: Station, console: Console) -> None:
+    with contextlib.suppress(GroundError), station.listen() as listener:
+        while True:
+            match await listener.next():
+                case Event(code=EventCode.STATE) as event:
+                    words = STATE_WORDS[MissionState(event.argument)]
+                    console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  {words}")
+                case Event(code=EventCode.FAULT) as event:
+                    words = REASON_WORDS[event.reason]
+                    console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  [red]{words}[/]")
+                case LinkChange(LinkState.SILENT | LinkState.LOST, detail):
+                    console.print(f"[yellow]link: {detail}[/]")
+
+
+@contextlib.asynccontextmanager
+async def landing_on_interrupt(station: Station, console: Console) -> AsyncIterator[None]:
+    """Ctrl-C cancels the program's task: land before it ends. A second Ctrl-C ends it at once."""
+    try:
+        yield
+    except asyncio.CancelledError:
+        if station.picture.state.airborne:
+            console.print("landing first (Ctrl-C again: leave at once)")
+            with contextlib.suppress(GroundError):
+                async with asyncio.timeout(LANDING_S):
+                    await fly(station, MissionCmd.LAND)
+        raise
+
+
+def explain(outcome: Outcome) -> str:
+    """Why it was not reached, in one line."""
+    place = outcome.place
+    if place is None:
+        return outcome.sentence
+    nearest = f"({place.x_m:.2f}, {place.y_m:.2f})"
+    return f"{outcome.sentence}; the nearest point that can be reached is {nearest}"
+
+
+async def keep_connected(cockpit: Cockpit, uri: str, console: Console) -> None:
+    """Give the cockpit a station for as long as there is a drone; look for one again and again."""
+    told = ""
+    while True:
+        try:
+            async with station_on(RadioLink(uri)) as station:
+                console.print(f"connected to {uri}")
+                told, cockpit.station = "", station
+                async with narrated(station, console), landing_on_interrupt(station, console):
+                    await station.ended()
+        except GroundError as error:
+            if str(error) != told:
+                told = str(error)
+                console.print(f"[yellow]{told}[/]")
+        finally:
+            cockpit.station = None
+        await asyncio.sleep(RETRY_S)

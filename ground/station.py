@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The station: messages of a link become a picture, wishes become commands that were acknowledged.
+
+Knows no radio and no web. Everything happens on one asyncio loop.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import time
+from collections.abc import AsyncIterator, Callable, Iterator
+from typing import TypeVar
+
+from ground.core import GRID_SIDE_CELLS, MissionCmd, MissionReason
+from ground.errors import CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
+from ground.link import Link
+from ground.model import (
+    Ack,
+    Command,
+    EmergencyStop,
+    Heartbeat,
+    Hello,
+    HelloRequest,
+    Incoming,
+    LinkState,
+    LinkStats,
+    Outgoing,
+    ParameterValue,
+    Point,
+    SetParameter,
+    SnapshotRequest,
+)
+from ground.picture import Picture
+from ground.wire import SEQUENCES
+from ground.words import COMMAND_WORDS, REASON_WORDS
+
+A = TypeVar("A")
+
+REPEAT_S = 0.2
+REPEATS = 25
+BEAT_DRONE_MS = 500
+BEAT_WALL_S = 0.5
+RESTART_MS = 1000  # the drone's clock goes back by more: it was restarted
+LISTENER_MESSAGES = 1024
+
+
+class Listener:
+    """Everything that comes in from now on, for one reader; the oldest is lost if it is slow."""
+
+    def __init__(self) -> None:
+        self._queue: asyncio.Queue[Incoming | None] = asyncio.Queue(LISTENER_MESSAGES)
+
+    def put(self, message: Incoming | None) -> None:
+        """Add a message; None ends."""
+        if self._queue.full():
+            self._queue.get_nowait()
+        self._queue.put_nowait(message)
+
+    async def next(self, timeout_s: float | None = None) -> Incoming | None:
+        """The next message, or None after timeout_s. Raises LinkLost when no more will come."""
+        try:
+            message = await asyncio.wait_for(self._queue.get(), timeout_s)
+        except TimeoutError:
+            return None
+        if message is None:
+            self.put(None)
+            raise LinkLost("the link to the drone is gone")
+        return message
+
+
+class Station:
+    """One drone on one link. Use station_on(), or run() in a task of its own."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+        self._listeners: set[Listener] = set()
+        # A start that differs between programs: the drone takes a repeated sequence once.
+        self._sequences = itertools.count(time.time_ns() // 1_000_000 % SEQUENCES)
+        self._beats = itertools.count()
+        self._beaten_ms = 0
+        self._beaten_s = float("-inf")
+        self._ended = asyncio.Event()
+        self.picture = Picture()
+
+    @property
+    def stats(self) -> LinkStats:
+        """Counters of the link."""
+        return self._link.stats
+
+    async def run(self) -> None:
+        """Take messages until the link ends; then whoever waits for one gets LinkLost."""
+        beater = asyncio.create_task(self._beat_by_wall())
+        try:
+            async for message in self._link.messages():
+                self._take(message)
+        finally:
+            beater.cancel()
+            self._ended.set()
+            for listener in self._listeners:
+                listener.put(None)
+
+    async def ended(self) -> None:
+        """Wait until the link is closed or lost. Raises LinkLost in the second case."""
+        await self._ended.wait()
+        if self.picture.link.state is LinkState.LOST:
+            raise LinkLost(f"the link to the drone is gone: {self.picture.link.detail}")
+
+    @contextlib.contextmanager
+    def listen(self) -> Iterator[Listener]:
+        """Hear everything that comes in meanwhile."""
+        listener = Listener()
+        self._listeners.add(listener)
+        try:
+            yield listener
+        finally:
+            self._listeners.discard(listener)
+
+    async def greet(self) -> Hello:
+        """Ask who is there until it answers. Raises NoAnswer, ProtocolMismatch."""
+        with self.listen() as listener:
+            hello = await self._ask(HelloRequest(), _as_hello, listener, "hello")
+        if hello.side_cells != GRID_SIDE_CELLS:
+            raise ProtocolMismatch(
+                f"the drone's map has {hello.side_cells} cells a side, this program draws "
+                f"{GRID_SIDE_CELLS}: use the same version on both sides"
+            )
+        return hello
+
+    async def command(self, cmd: MissionCmd, goal: Point | None = None) -> None:
+        """Send and repeat until acknowledged. Raises CommandRefused, NoAnswer, LinkLost."""
+        sequence = next(self._sequences) % SEQUENCES
+        request = Command(sequence, cmd, goal or Point(0.0, 0.0))
+
+        def answer(message: Incoming) -> Ack | None:
+            return message if isinstance(message, Ack) and message.sequence == sequence else None
+
+        with self.listen() as listener:
+            ack = await self._ask(request, answer, listener, f"`{COMMAND_WORDS[cmd]}`")
+        if ack.reason is not MissionReason.OK:
+            raise CommandRefused(REASON_WORDS[ack.reason], ack.reason)
+
+    def ask_snapshot(self) -> None:
+        """Let the drone send hello, route and the whole map again."""
+        self._link.send(SnapshotRequest())
+
+    async def emergency_stop(self) -> None:
+        """Cut the motors through the supervisor; repeat until it says locked, then give up."""
+        for _ in range(REPEATS):
+            self._link.send(EmergencyStop())
+            await asyncio.sleep(REPEAT_S)
+            if self.picture.health and self.picture.health.locked:
+                return
+        raise NoAnswer("the emergency stop was sent, but the drone did not confirm it")
+
+    async def set_parameter(self, name: str, value: float) -> float:
+        """Write a parameter of group way; @return what the drone made of it."""
+
+        def answer(message: Incoming) -> ParameterValue | None:
+            if isinstance(message, ParameterValue) and message.name == name:
+                return message
+            return None
+
+        with self.listen() as listener:
+            request = SetParameter(name, value)
+            return (await self._ask(request, answer, listener, f"`{name}`")).value
+
+    # --- inside ----------------------------------------------------------------------------------
+
+    async def _ask(
+        self,
+        request: Outgoing,
+        answer: Callable[[Incoming], A | None],
+        listener: Listener,
+        what: str,
+    ) -> A:
+        """Send, and send again, until answer() recognises a message."""
+        for _ in range(REPEATS):
+            self._link.send(request)
+            until_s = time.monotonic() + REPEAT_S
+            while (left_s := until_s - time.monotonic()) > 0:
+                message = await listener.next(left_s)
+                if message is not None and (found := answer(message)) is not None:
+                    return found
+        raise NoAnswer(f"no answer to {what} within {REPEATS * REPEAT_S:.0f} s")
+
+    def _take(self, message: Incoming) -> None:
+        epoch = self.picture.map.epoch
+        before_ms = self.picture.drone_ms
+        self.picture.take(message, time.monotonic())
+        if self.picture.drone_ms < before_ms - RESTART_MS or self.picture.map.epoch != epoch:
+            self._link.send(HelloRequest())
+        if self.picture.drone_ms - self._beaten_ms >= BEAT_DRONE_MS or before_ms < self._beaten_ms:
+            self._beat()
+        for listener in self._listeners:
+            listener.put(message)
+
+    def _beat(self) -> None:
+        self._beaten_ms = self.picture.drone_ms
+        self._beaten_s = time.monotonic()
+        self._link.send(Heartbeat(next(self._beats) % SEQUENCES))
+
+    async def _beat_by_wall(self) -> None:
+        """Heartbeats go by the drone's clock; where that is not heard, by ours."""
+        while True:
+            await asyncio.sleep(BEAT_WALL_S / 2)
+            if time.monotonic() - self._beaten_s >= BEAT_WALL_S:
+                self._beat()
+
+
+def _as_hello(message: Incoming) -> Hello | None:
+    return message if isinstance(message, Hello) else None
+
+
+@contextlib.asynccontextmanager
+async def station_on(link: Link) -> AsyncIterator[Station]:
+    """Open the link, run a station on it, make sure that a Wayflie answers; close at the end."""
+    await link.open()
+    station = Station(link)
+    running = asyncio.create_task(station.run())
+    try:
+        await station.greet()
+        yield station
+    finally:
+        await link.close()
+        await running

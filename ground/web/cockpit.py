@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What pages may do to the drone: commands, the stop latch and the dead-man, held by the server.
+
+Browsers throttle hidden tabs and vanish without a word, so none of this is left to a page.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import math
+
+from ground.core import MissionCmd
+from ground.errors import GroundError, LinkUnavailable, StopLatched
+from ground.model import Point
+from ground.station import Station
+
+log = logging.getLogger(__name__)
+
+DEAD_MAN_S = 3.0
+
+COMMANDS = {
+    "take_off": MissionCmd.TAKE_OFF,
+    "goto": MissionCmd.GOTO,
+    "explore": MissionCmd.EXPLORE,
+    "home": MissionCmd.HOME,
+    "land": MissionCmd.LAND,
+    "hold": MissionCmd.HOLD,
+    "scan": MissionCmd.SCAN,
+}
+
+
+class Cockpit:
+    """One drone, any number of pages. `station` is None while there is no link."""
+
+    def __init__(self, station: Station | None = None, dead_man_s: float = DEAD_MAN_S) -> None:
+        self.station = station
+        self.stop_latched = False
+        self._dead_man_s = dead_man_s
+        self._pages = 0
+        self._steered = False
+        self._dead_man: asyncio.Task[None] | None = None
+        self._stopping: asyncio.Task[None] | None = None
+
+    def page_opened(self) -> None:
+        """A page connected."""
+        self._pages += 1
+        if self._dead_man:
+            self._dead_man.cancel()
+            self._dead_man = None
+
+    def page_closed(self) -> None:
+        """A page is gone; if it was the last one and pages were steering, the drone will hold."""
+        self._pages -= 1
+        if self._pages == 0 and self._steered:
+            self._dead_man = asyncio.create_task(self._hold_soon())
+
+    async def command(self, name: str, goal: Point | None = None) -> None:
+        """A command of COMMANDS. Raises a GroundError with the sentence to show."""
+        if self.stop_latched:
+            raise StopLatched("STOP is pressed: release it first")
+        cmd = COMMANDS.get(name)
+        if cmd is None:
+            raise GroundError(f"no such command: {name}")
+        if cmd is MissionCmd.GOTO and not (
+            goal and math.isfinite(goal.x_m) and math.isfinite(goal.y_m)
+        ):
+            raise GroundError("a goal needs two numbers")
+        await self._connected().command(cmd, goal)
+        self._steered = cmd is not MissionCmd.LAND
+
+    def stop(self) -> None:
+        """Cut the motors and stay so until release(). Sent again until confirmed."""
+        self.stop_latched = True
+        if self._stopping is None or self._stopping.done():
+            self._stopping = asyncio.create_task(self._stop())
+
+    def release(self) -> None:
+        """Permit commands again. The drone itself stays locked until it is restarted."""
+        self.stop_latched = False
+
+    async def _stop(self) -> None:
+        try:
+            await self._connected().emergency_stop()
+        except GroundError as error:
+            log.error("emergency stop: %s", error)
+
+    async def _hold_soon(self) -> None:
+        await asyncio.sleep(self._dead_man_s)
+        self._steered = False
+        station = self.station
+        if station and station.picture.state.airborne and not self.stop_latched:
+            log.warning("the page that steered is gone: the drone holds its place")
+            with contextlib.suppress(GroundError):
+                await station.command(MissionCmd.HOLD)
+
+    def _connected(self) -> Station:
+        if self.station is None:
+            raise LinkUnavailable("there is no link to the drone")
+        return self.station

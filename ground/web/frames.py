@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a page is sent: the state as JSON ten times a second, the map as binary when it changed."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from itertools import islice
+from typing import Any
+
+from ground.core import EventCode, MissionState
+from ground.model import Event, LinkState, Point
+from ground.picture import Picture
+from ground.web.cockpit import Cockpit
+from ground.words import REASON_WORDS, STATE_WORDS
+
+EVENTS_SHOWN = 12
+MAP_HEADER = struct.Struct("<IHHfff")  # revision, side, reserved, cell, origin x and y [m]
+
+
+def state_frame(cockpit: Cockpit, trail_from: int) -> tuple[str, int]:
+    """JSON of the whole state, with the trail from there on. @return it and the next trail_from"""
+    station = cockpit.station
+    picture = station.picture if station else Picture()
+    trail, trail_next = _trail(picture, trail_from)
+    frame = {
+        "kind": "state",
+        "stop": cockpit.stop_latched,
+        "link": _link(cockpit),
+        "mission": _mission(picture),
+        "drone": _drone(picture),
+        "route": [_xy(point) for point in picture.route],
+        "trail": trail,
+        "trail_from": trail_next - len(trail),
+        "map": {
+            "known_cells": picture.map.known_cells,
+            "complete": round(picture.map.completeness, 3),
+        },
+        "events": [_event(event) for event in islice(reversed(picture.events), EVENTS_SHOWN)],
+        "can": _permitted(cockpit, picture),
+    }
+    return json.dumps(frame, allow_nan=False), trail_next
+
+
+def map_frame(picture: Picture) -> bytes:
+    """The map: a header and one byte a cell (GroundMap.codes), row 0 in the south."""
+    grid = picture.map
+    header = MAP_HEADER.pack(
+        grid.revision & 0xFFFFFFFF,
+        grid.states.shape[0],
+        0,
+        grid.cell_m,
+        grid.origin.x_m,
+        grid.origin.y_m,
+    )
+    return header + grid.codes().tobytes()
+
+
+def _trail(picture: Picture, start: int) -> tuple[list[list[float]], int]:
+    count = picture.trail_count
+    new = min(count - start, len(picture.trail)) if start <= count else len(picture.trail)
+    points = islice(picture.trail, len(picture.trail) - new, None)
+    return [_xy(point) for point in points], count
+
+
+def _link(cockpit: Cockpit) -> dict[str, Any]:
+    if cockpit.station is None:
+        return {"state": LinkState.CLOSED.value, "detail": "looking for the drone"}
+    link, stats = cockpit.station.picture.link, cockpit.station.stats
+    return {
+        "state": link.state.value,
+        "detail": link.detail,
+        "packets": stats.log_packets,
+        "lost": stats.lost_packets,
+    }
+
+
+def _mission(picture: Picture) -> dict[str, Any]:
+    telemetry = picture.telemetry
+    if telemetry is None:
+        return {"state": "", "words": "no data yet", "fault": ""}
+    return {
+        "state": telemetry.state.name,
+        "words": STATE_WORDS[telemetry.state],
+        "fault": REASON_WORDS[telemetry.fault] if telemetry.fault else "",
+    }
+
+
+def _drone(picture: Picture) -> dict[str, Any]:
+    drone: dict[str, Any] = {"time_s": picture.drone_ms / 1000}
+    if (telemetry := picture.telemetry) is not None:
+        pose = telemetry.pose
+        drone["pose"] = [_round(v) for v in (pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)]
+        drone["goal"] = _xy(telemetry.goal) if telemetry.state.airborne else None
+        drone["confidence"] = telemetry.confidence_percent
+    if (ranges := picture.ranges) is not None:
+        drone["ranges"] = [ranges.front_m, ranges.left_m, ranges.back_m, ranges.right_m]
+    if (health := picture.health) is not None:
+        drone["battery_v"] = _round(health.battery_v)
+        drone["path_m"] = _round(health.path_m)
+        drone["plan_ms"] = health.plan_us / 1000
+        drone["locked"] = health.locked
+    return drone
+
+
+def _event(event: Event) -> dict[str, Any]:
+    words, level = "", "info"
+    match event.code:
+        case EventCode.STATE:
+            words = STATE_WORDS[MissionState(event.argument)]
+        case EventCode.REFUSED:
+            words, level = f"refused: {REASON_WORDS[event.reason]}", "warning"
+        case EventCode.FAULT:
+            words, level = REASON_WORDS[event.reason], "error"
+        case EventCode.ARRIVED:
+            words, level = "arrived", "good"
+        case EventCode.EXPLORED:
+            words, level = "everything that can be reached is explored", "good"
+    return {"n": event.sequence, "t": event.drone_ms / 1000, "words": words, "level": level}
+
+
+def _permitted(cockpit: Cockpit, picture: Picture) -> dict[str, bool]:
+    """Which buttons make sense now; the drone has the last word."""
+    alive = picture.link.state is LinkState.CONNECTED and picture.telemetry is not None
+    ready = alive and not cockpit.stop_latched
+    flying = ready and picture.state.airborne
+    return {
+        "goto": ready,
+        "explore": ready,
+        "take_off": ready and not flying,
+        "home": flying,
+        "hold": flying,
+        "scan": flying,
+        "land": flying,
+    }
+
+
+def _xy(point: Point) -> list[float]:
+    return [_round(point.x_m), _round(point.y_m)]
+
+
+def _round(value: float) -> float:
+    return round(value, 3) if math.isfinite(value) else 0.0

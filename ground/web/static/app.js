@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The page shows the last state that the server sent and sends wishes back; it decides nothing.
+
+import { View, parseMap } from "./view.js";
+
+const RECONNECT_MS = 1000;
+const STALE_MS = 2000;
+const TOAST_MS = 6000;
+const DRAG_PX = 6;
+
+const $ = (id) => document.getElementById(id);
+const view = new View($("map"));
+let state = null;
+let heardAt = 0;
+let trail = [];
+let wanted = null; // the goal just clicked, until the drone takes or refuses it
+let socket = null;
+let toastTimer = 0;
+let lastEvent = null;
+
+// --- connection ----------------------------------------------------------------------------------
+
+function connect() {
+  socket = new WebSocket(`ws://${location.host}/socket`);
+  socket.binaryType = "arraybuffer";
+  socket.onmessage = ({ data }) => {
+    heardAt = performance.now();
+    if (data instanceof ArrayBuffer) {
+      view.setMap(parseMap(data));
+      return;
+    }
+    const message = JSON.parse(data);
+    if (message.kind === "state") take(message);
+    else if (message.kind === "answer") answered(message);
+  };
+  socket.onclose = () => {
+    showLink({ state: "closed", detail: "the ground station has gone" });
+    setTimeout(connect, RECONNECT_MS);
+  };
+}
+
+function wish(what) {
+  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
+  else toast("no connection to the ground station");
+}
+
+function take(message) {
+  state = message;
+  trail = [...trail.slice(0, message.trail_from), ...message.trail];
+  show();
+}
+
+function answered({ do: what, ok, words }) {
+  if (!ok) toast(`${label(what)} refused: ${words}`);
+  if (what === "goto") wanted = null;
+}
+
+// --- showing -------------------------------------------------------------------------------------
+
+function show() {
+  const { mission, drone, link, can, map } = state;
+  $("state").textContent = state.stop ? "stopped" : mission.words;
+  $("detail").textContent = drone.locked ? "the motors are locked until the drone is restarted" : mission.fault;
+  showLink(link);
+  $("latched").hidden = !state.stop;
+  $("stop").hidden = state.stop;
+  for (const button of document.querySelectorAll("[data-do]")) button.disabled = !can[button.dataset.do];
+  $("map").style.cursor = can.goto ? "crosshair" : "default";
+  $("hint").hidden = !can.goto || trail.length > 0;
+  const [x, y, z] = drone.pose ?? [];
+  $("position").textContent = drone.pose ? `${x.toFixed(2)}, ${y.toFixed(2)} m` : "–";
+  $("height").textContent = drone.pose ? `${z.toFixed(2)} m` : "–";
+  $("path").textContent = drone.path_m === undefined ? "–" : `${drone.path_m.toFixed(1)} m`;
+  $("battery").textContent = drone.battery_v === undefined ? "–" : `${drone.battery_v.toFixed(2)} V`;
+  $("map-complete").textContent = `${Math.round(100 * map.complete)} %`;
+  const sent = (link.packets ?? 0) + (link.lost ?? 0);
+  $("lost").textContent = sent ? `${((100 * link.lost) / sent).toFixed(1)} %` : "–";
+  showEvents(state.events);
+}
+
+function showLink({ state: name, detail }) {
+  $("link").dataset.state = name;
+  $("link").lastElementChild.textContent = name === "connected" ? "connected" : detail;
+}
+
+function showEvents(events) {
+  const newest = events[0];
+  const key = newest ? `${newest.n}/${newest.t}` : "";
+  if (key === lastEvent) return;
+  if (lastEvent !== null && newest?.level === "warning") toast(newest.words);
+  lastEvent = key;
+  $("events").replaceChildren(...events.map(eventItem));
+}
+
+function eventItem({ t, words, level }) {
+  const item = document.createElement("li");
+  const time = document.createElement("time");
+  const text = document.createElement("span");
+  item.dataset.level = level;
+  time.textContent = `${t.toFixed(1)} s`;
+  text.textContent = words;
+  item.append(time, text);
+  return item;
+}
+
+function toast(text) {
+  $("toast").textContent = text;
+  clearTimeout(toastTimer);
+  toastTimer = setTimeout(() => ($("toast").textContent = ""), TOAST_MS);
+}
+
+function label(what) {
+  if (what === "goto") return "Goal";
+  return document.querySelector(`[data-do="${what}"]`)?.textContent ?? what;
+}
+
+function frame() {
+  if (state && performance.now() - heardAt > STALE_MS) {
+    showLink({ state: "silent", detail: "the ground station is silent" });
+  }
+  view.draw(state?.drone, state?.route ?? [], trail, wanted ?? state?.drone.goal);
+  showScale();
+  requestAnimationFrame(frame);
+}
+
+function showScale() {
+  const metres = [0.5, 1, 2, 5, 10].find((m) => m * view.scale >= 60) ?? 10;
+  $("scale-bar").style.width = `${metres * view.scale}px`;
+  $("scale-text").textContent = `${metres} m`;
+}
+
+// --- wishes --------------------------------------------------------------------------------------
+
+function setGoal(px, py) {
+  if (!state?.can.goto) return;
+  const [x, y] = view.toWorld(px, py);
+  wanted = [x, y];
+  wish({ do: "goto", x, y });
+}
+
+function listenToMap(canvas) {
+  const touches = new Map();
+  let moved = 0;
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    if (!touches.size) moved = 0;
+    touches.set(event.pointerId, [event.offsetX, event.offsetY]);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const before = touches.get(event.pointerId);
+    if (!before) return;
+    const now = [event.offsetX, event.offsetY];
+    const [dx, dy] = [now[0] - before[0], now[1] - before[1]];
+    moved += Math.hypot(dx, dy);
+    const other = [...touches].find(([id]) => id !== event.pointerId)?.[1];
+    if (other) {
+      const [was, is] = [before, now].map((p) => Math.hypot(p[0] - other[0], p[1] - other[1]));
+      if (was > 1) view.zoom(is / was, ...other);
+    } else if (moved > DRAG_PX) {
+      view.pan(dx, dy);
+    }
+    touches.set(event.pointerId, now);
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    const alone = touches.size === 1;
+    touches.delete(event.pointerId);
+    if (alone && moved <= DRAG_PX && event.button === 0) setGoal(event.offsetX, event.offsetY);
+  });
+  canvas.addEventListener("pointercancel", (event) => touches.delete(event.pointerId));
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    view.zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
+  }, { passive: false });
+}
+
+listenToMap($("map"));
+$("zoom-in").onclick = () => view.zoom(1.3);
+$("zoom-out").onclick = () => view.zoom(1 / 1.3);
+$("fit").onclick = () => (view.auto = true);
+$("stop").onclick = () => wish({ do: "stop" });
+$("release").onclick = () => wish({ do: "release" });
+for (const button of document.querySelectorAll("[data-do]")) {
+  button.onclick = () => wish({ do: button.dataset.do });
+}
+addEventListener("keydown", (event) => {
+  if (event.code !== "Space" || event.repeat) return;
+  event.preventDefault(); // also for a focused button: Space is STOP, everywhere
+  wish({ do: "stop" });
+});
+addEventListener("keyup", (event) => {
+  if (event.code === "Space") event.preventDefault();
+});
+
+connect();
+requestAnimationFrame(frame);

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""States, reasons and commands in the words that a user reads."""
+
+from __future__ import annotations
+
+from ground.core import MissionCmd, MissionReason, MissionState
+
+STATE_WORDS: dict[MissionState, str] = {
+    MissionState.IDLE: "on the ground",
+    MissionState.TAKEOFF: "taking off",
+    MissionState.SCAN: "looking around",
+    MissionState.PLAN: "planning a way",
+    MissionState.FOLLOW: "flying",
+    MissionState.AVOID: "backing away from something near",
+    MissionState.HOVER: "holding its place",
+    MissionState.RETURN: "flying home",
+    MissionState.LAND: "landing",
+    MissionState.FAULT: "stopped by a fault",
+}
+
+REASON_WORDS: dict[MissionReason, str] = {
+    MissionReason.OK: "all is well",
+    MissionReason.NO_FLOW_DECK: "no Flow deck is fitted",
+    MissionReason.NO_RANGER_DECK: "no Multi-ranger deck is fitted",
+    MissionReason.BATTERY_LOW: "the battery is low",
+    MissionReason.BATTERY_EMPTY: "the battery is empty",
+    MissionReason.ESTIMATOR: "the position estimate has not settled, or it jumped",
+    MissionReason.CANNOT_FLY: "the supervisor does not let it fly (not armed, locked or crashed)",
+    MissionReason.BAD_VALUE: "a value is not a number, or out of range",
+    MissionReason.OUTSIDE_GRID: "the goal is outside the map's grid",
+    MissionReason.OUTSIDE_AREA: "the goal is outside the permitted area",
+    MissionReason.GOAL_OCCUPIED: "the goal is too near to an obstacle",
+    MissionReason.GOAL_UNREACHABLE: "no way leads to the goal, as far as the map knows",
+    MissionReason.NOT_FLYING: "it is not flying",
+    MissionReason.UNKNOWN_COMMAND: "the drone does not know this command",
+    MissionReason.BAD_AREA: "the permitted area is empty or larger than the grid",
+    MissionReason.FLYING: "this is only possible on the ground",
+    MissionReason.LINK_LOST: "the ground was silent for too long",
+    MissionReason.STUCK: "too many attempts brought no progress",
+    MissionReason.RANGES_FROZEN: "the distance sensors have stopped changing",
+    MissionReason.TUMBLED: "it tumbled",
+}
+
+COMMAND_WORDS: dict[MissionCmd, str] = {
+    MissionCmd.NONE: "nothing",
+    MissionCmd.TAKE_OFF: "take off",
+    MissionCmd.GOTO: "go to a point",
+    MissionCmd.EXPLORE: "explore",
+    MissionCmd.HOME: "fly home",
+    MissionCmd.LAND: "land",
+    MissionCmd.HOLD: "hold",
+    MissionCmd.SCAN: "look around",
+    MissionCmd.FORGET: "forget the map",
+}

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "app_link.h"
+
+#include <string.h>
+
+#include "FreeRTOS.h"
+#include "app_channel.h"
+#include "app_status.h"
+#include "app_text.h"
+#include "crtp.h"
+#include "task.h"
+
+#define DEBUG_MODULE "WAYFLIE"
+#include "debug.h"
+
+enum { RECEIVE_MAX = 10 }; ///< the firmware's queue holds no more
+
+static wire_ack_t last_ack;
+static bool any_command;
+
+static bool hello_due;
+static uint8_t hello_epoch;
+static uint8_t path_revision;
+static uint8_t path_next;
+static bool path_due;
+static wire_event_t event;
+static bool event_due;
+
+static bool send(const wire_message_t *message) {
+  uint8_t packet[WIRE_PACKET_BYTES];
+  const int length = wire_encode(message, packet);
+  const bool sent = appchannelSendDataPacket(packet, (size_t)length) == pdTRUE;
+  if (!sent) {
+    app_status_count_drop();
+  }
+  return sent;
+}
+
+/** A repeated sequence number acts once and is acknowledged again. */
+static void on_command(nav_t *nav, const wire_command_t *command) {
+  if (!any_command || command->sequence != last_ack.sequence) {
+    const nav_command_t order = {(mission_cmd_t)command->cmd, command->goal_m};
+    const mission_reason_t reason = nav_command(nav, &order);
+    app_status_answer(reason);
+    if (reason != MISSION_OK) {
+      DEBUG_PRINT("command %d refused: %s\n", command->cmd, app_reason_text(reason));
+    }
+    last_ack = (wire_ack_t){command->sequence, command->cmd, (uint8_t)reason};
+    any_command = true;
+  }
+  send(&(wire_message_t){.type = WIRE_ACK, .body.ack = last_ack});
+}
+
+static void on_heartbeat(const nav_t *nav, const wire_heartbeat_t *heartbeat) {
+  wire_message_t answer = {.type = WIRE_HEARTBEAT, .body.heartbeat = *heartbeat};
+  answer.body.heartbeat.time_ms = T2M(xTaskGetTickCount());
+  answer.body.heartbeat.state = nav->status.state;
+  send(&answer);
+}
+
+static void send_route_again(void) {
+  path_due = true;
+  path_next = 0;
+}
+
+/** @return false if the drone does not take such a message */
+static bool on_message(nav_t *nav, const wire_message_t *message) {
+  switch ((wire_type_t)message->type) {
+  case WIRE_HELLO:
+    hello_due = hello_due || message->body.hello.request == 1;
+    return message->body.hello.request == 1;
+  case WIRE_COMMAND:
+    on_command(nav, &message->body.command);
+    return true;
+  case WIRE_HEARTBEAT:
+    on_heartbeat(nav, &message->body.heartbeat);
+    return true;
+  case WIRE_SNAPSHOT:
+    hello_due = true;
+    send_route_again();
+    nav_resend_map(nav);
+    return true;
+  case WIRE_ACK:
+  case WIRE_PATH:
+  case WIRE_EVENT:
+    break;
+  }
+  return false;
+}
+
+void app_link_receive(nav_t *nav) {
+  uint8_t packet[APPCHANNEL_MTU];
+  wire_message_t message;
+  if (appchannelHasOverflowOccurred()) {
+    app_status_count_drop();
+  }
+  for (int i = 0; i < RECEIVE_MAX; i++) {
+    const size_t length = appchannelReceiveDataPacket(packet, sizeof packet, 0);
+    if (length == 0) {
+      return;
+    }
+    if (wire_decode(packet, (int)length, &message) != WIRE_OK || !on_message(nav, &message)) {
+      app_status_count_bad();
+    }
+  }
+}
+
+/** The ground cannot read the map without it: sent also when the map was made anew. */
+static void send_hello(const nav_t *nav) {
+  const wire_message_t hello = {.type = WIRE_HELLO, .body.hello = nav_hello(nav)};
+  if (hello.body.hello.epoch != hello_epoch) {
+    hello_due = true;
+  }
+  if (hello_due && send(&hello)) {
+    hello_due = false;
+    hello_epoch = hello.body.hello.epoch;
+  }
+}
+
+/** One piece a call; a new route begins from its start. */
+static void send_route(const route_t *route) {
+  if (route->revision != path_revision) {
+    path_revision = route->revision;
+    send_route_again();
+  }
+  if (!path_due) {
+    return;
+  }
+  const int left = route->count - path_next;
+  const int count = left < WIRE_PATH_POINTS ? left : WIRE_PATH_POINTS;
+  wire_message_t message = {.type = WIRE_PATH};
+  message.body.path.revision = route->revision;
+  message.body.path.first = path_next;
+  message.body.path.total = route->count;
+  message.body.path.count = (uint8_t)count;
+  memcpy(message.body.path.points_m, &route->points_m[path_next], (size_t)count * sizeof(vec2_t));
+  if (send(&message)) {
+    path_next += (uint8_t)count;
+    path_due = path_next < route->count;
+  }
+}
+
+static void tell(const wire_event_t *told) {
+  const char *reason = app_reason_text((mission_reason_t)told->argument);
+  if (told->code == WIRE_EVENT_REFUSED) {
+    app_status_answer((mission_reason_t)told->argument);
+    DEBUG_PRINT("goal refused: %s\n", reason);
+  } else if (told->code == WIRE_EVENT_FAULT) {
+    DEBUG_PRINT("fault: %s\n", reason);
+  }
+}
+
+/** One event waits here until it is sent; without a client none waits. */
+static void send_event(nav_t *nav, bool connected) {
+  if (!event_due && nav_take_event(nav, &event)) {
+    tell(&event);
+    event_due = true;
+  }
+  if (event_due &&
+      (!connected || send(&(wire_message_t){.type = WIRE_EVENT, .body.event = event}))) {
+    event_due = false;
+  }
+}
+
+void app_link_send(nav_t *nav) {
+  const bool connected = crtpIsConnected();
+  send_event(nav, connected);
+  if (connected) {
+    send_hello(nav);
+    send_route(&nav->route);
+  }
+}

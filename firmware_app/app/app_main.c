@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** The app's task: read, think, act, tell, sleep. */
+#include "FreeRTOS.h"
+#include "app.h"
+#include "app_link.h"
+#include "app_map.h"
+#include "app_params.h"
+#include "app_sensors.h"
+#include "app_setpoint.h"
+#include "app_status.h"
+#include "app_text.h"
+#include "nav.h"
+#include "task.h"
+#include "usec_time.h"
+
+#define DEBUG_MODULE "WAYFLIE"
+#include "debug.h"
+
+enum {
+  PERIOD_MS = 20,
+  REST_MS =
+      2, ///< at least, also after a tick that took too long: only the idle task feeds the watchdog
+};
+
+static nav_t nav;
+
+static void take_command(void) {
+  nav_command_t command;
+  if (!app_params_take_command(&command)) {
+    return;
+  }
+  const mission_reason_t reason = nav_command(&nav, &command);
+  app_status_answer(reason);
+  if (reason != MISSION_OK) {
+    DEBUG_PRINT("way.cmd %d refused: %s\n", (int)command.cmd, app_reason_text(reason));
+  }
+}
+
+static void tick(void) {
+  const uint64_t start_us = usecTimestamp();
+  nav_input_t input;
+  app_sensors_read(&input);
+  app_params_apply(&nav);
+  const nav_setpoint_t setpoint = nav_step(&nav, &input);
+  app_setpoint_send(&setpoint);
+  const bool planning = nav.status.state == MISSION_PLAN;
+  take_command();
+  app_link_receive(&nav);
+  app_link_send(&nav);
+  app_map_refill(&nav);
+  app_status_show(&nav.status);
+  app_status_time((uint32_t)(usecTimestamp() - start_us), planning);
+}
+
+/** Sleep to the next multiple of the period. */
+static void wait(TickType_t *wake) {
+  const TickType_t latest = xTaskGetTickCount() + M2T(REST_MS) - M2T(PERIOD_MS);
+  if ((int32_t)(latest - *wake) > 0) {
+    *wake = latest;
+  }
+  vTaskDelayUntil(wake, M2T(PERIOD_MS));
+}
+
+void appMain(void) {
+  app_params_init(&nav);
+  app_sensors_init();
+  TickType_t wake = xTaskGetTickCount();
+  while (true) {
+    wait(&wake);
+    tick();
+  }
+}

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "app_params.h"
+
+#include <stdatomic.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "app_text.h"
+#include "param.h"
+
+#define DEBUG_MODULE "WAYFLIE"
+#include "debug.h"
+
+static const float RAD_PER_DEG = 0.01745329252f;
+static const float DEG_PER_RAD = 57.29577951f;
+
+/** In the units of the parameters. No padding: copies are compared byte by byte. */
+typedef struct {
+  float height, speed, clearance, yaw_rate_dps;
+  float area_x0, area_y0, area_x1, area_y1;
+  float lost_time, low_battery, cell;
+  uint8_t yaw_mode, planner, slam, lost;
+} values_t;
+
+/** The same numbers as nav_config_default(): a client that asks for defaults gets these. */
+static values_t wanted = {
+    .height = 0.4f,
+    .speed = 0.4f,
+    .clearance = 0.17f,
+    .yaw_rate_dps = 40.0f,
+    .area_x0 = -3.2f,
+    .area_y0 = -3.2f,
+    .area_x1 = 3.2f,
+    .area_y1 = 3.2f,
+    .lost_time = 5.0f,
+    .low_battery = 3.3f,
+    .cell = 0.05f,
+    .lost = NAV_LOST_HOME,
+};
+static values_t accepted;
+static nav_config_t trial_cfg; ///< not on the stack, which is small
+
+static uint8_t cmd;
+static float goal_x, goal_y;
+static _Atomic uint8_t pending_cmd;
+static atomic_bool changed = true;
+
+typedef struct {
+  const char *name;
+  uint8_t offset;
+  uint8_t size;
+} tunable_t;
+
+static const tunable_t tunables[] = {
+    {"height", offsetof(values_t, height), sizeof(float)},
+    {"speed", offsetof(values_t, speed), sizeof(float)},
+    {"clearance", offsetof(values_t, clearance), sizeof(float)},
+    {"yawMode", offsetof(values_t, yaw_mode), sizeof(uint8_t)},
+    {"yawRate", offsetof(values_t, yaw_rate_dps), sizeof(float)},
+    {"planner", offsetof(values_t, planner), sizeof(uint8_t)},
+    {"slam", offsetof(values_t, slam), sizeof(uint8_t)},
+    {"areaX0", offsetof(values_t, area_x0), sizeof(float)},
+    {"areaY0", offsetof(values_t, area_y0), sizeof(float)},
+    {"areaX1", offsetof(values_t, area_x1), sizeof(float)},
+    {"areaY1", offsetof(values_t, area_y1), sizeof(float)},
+    {"lost", offsetof(values_t, lost), sizeof(uint8_t)},
+    {"lostTime", offsetof(values_t, lost_time), sizeof(float)},
+    {"lowBat", offsetof(values_t, low_battery), sizeof(float)},
+    {"cell", offsetof(values_t, cell), sizeof(float)},
+};
+
+enum { TUNABLES = sizeof tunables / sizeof *tunables };
+
+static void to_config(const values_t *values, nav_config_t *cfg) {
+  cfg->height_m = values->height;
+  cfg->follower.speed_mps = values->speed;
+  cfg->clearance_m = values->clearance;
+  cfg->follower.yaw_mode = (follower_yaw_mode_t)values->yaw_mode;
+  cfg->follower.turn_rate_rps = RAD_PER_DEG * values->yaw_rate_dps;
+  cfg->planner = (nav_planner_t)values->planner;
+  cfg->slam = (nav_slam_mode_t)values->slam;
+  cfg->area_min_m = (vec2_t){values->area_x0, values->area_y0};
+  cfg->area_max_m = (vec2_t){values->area_x1, values->area_y1};
+  cfg->lost = (nav_lost_t)values->lost;
+  cfg->lost_time_s = values->lost_time;
+  cfg->low_battery_v = values->low_battery;
+  cfg->cell_m = values->cell;
+}
+
+static values_t from_config(const nav_config_t *cfg) {
+  return (values_t){
+      .height = cfg->height_m,
+      .speed = cfg->follower.speed_mps,
+      .clearance = cfg->clearance_m,
+      .yaw_rate_dps = DEG_PER_RAD * cfg->follower.turn_rate_rps,
+      .area_x0 = cfg->area_min_m.x,
+      .area_y0 = cfg->area_min_m.y,
+      .area_x1 = cfg->area_max_m.x,
+      .area_y1 = cfg->area_max_m.y,
+      .lost_time = cfg->lost_time_s,
+      .low_battery = cfg->low_battery_v,
+      .cell = cfg->cell_m,
+      .yaw_mode = (uint8_t)cfg->follower.yaw_mode,
+      .planner = (uint8_t)cfg->planner,
+      .slam = (uint8_t)cfg->slam,
+      .lost = (uint8_t)cfg->lost,
+  };
+}
+
+void app_params_init(nav_t *nav) {
+  trial_cfg = nav_config_default();
+  nav_init(nav, &trial_cfg);
+  accepted = from_config(&trial_cfg);
+}
+
+static mission_reason_t offer(nav_t *nav, const values_t *values) {
+  trial_cfg = nav->cfg;
+  to_config(values, &trial_cfg);
+  return nav_configure(nav, &trial_cfg);
+}
+
+/** Write the accepted value back, which also tells the client. */
+static void put_back(const tunable_t *tunable) {
+  const paramVarId_t id = paramGetVarId("way", tunable->name);
+  const uint8_t *value = (const uint8_t *)&accepted + tunable->offset;
+  if (!PARAM_VARID_IS_VALID(id)) {
+    return;
+  }
+  if (tunable->size == sizeof(float)) {
+    float number;
+    memcpy(&number, value, sizeof number);
+    paramSetFloat(id, number);
+  } else {
+    paramSetInt(id, *value);
+  }
+}
+
+/** Offer one of all the values that are wanted, beside those accepted so far. */
+static mission_reason_t offer_one(nav_t *nav, const values_t *all, const tunable_t *tunable) {
+  values_t trial = accepted;
+  memcpy((uint8_t *)&trial + tunable->offset, (const uint8_t *)all + tunable->offset,
+         tunable->size);
+  const mission_reason_t reason = offer(nav, &trial);
+  if (reason == MISSION_OK) {
+    accepted = trial;
+  }
+  return reason;
+}
+
+void app_params_apply(nav_t *nav) {
+  if (!atomic_exchange(&changed, false)) {
+    return;
+  }
+  const values_t all = wanted;
+  if (memcmp(&all, &accepted, sizeof all) == 0) {
+    return;
+  }
+  if (offer(nav, &all) == MISSION_OK) {
+    accepted = all;
+    return;
+  }
+  for (int i = 0; i < TUNABLES; i++) {
+    const mission_reason_t reason = offer_one(nav, &all, &tunables[i]);
+    if (reason != MISSION_OK) {
+      DEBUG_PRINT("way.%s refused: %s\n", tunables[i].name, app_reason_text(reason));
+      put_back(&tunables[i]);
+    }
+  }
+}
+
+bool app_params_take_command(nav_command_t *command) {
+  const uint8_t taken = atomic_exchange(&pending_cmd, 0);
+  if (taken == MISSION_CMD_NONE) {
+    return false;
+  }
+  command->cmd = (mission_cmd_t)taken;
+  command->goal_m = (vec2_t){goal_x, goal_y};
+  const paramVarId_t id = paramGetVarId("way", "cmd");
+  if (PARAM_VARID_IS_VALID(id)) {
+    paramSetInt(id, MISSION_CMD_NONE);
+  }
+  return true;
+}
+
+/** Both run in the task that received the value. */
+static void on_change(void) {
+  changed = true;
+}
+
+static void on_command(void) {
+  if (cmd != MISSION_CMD_NONE) {
+    pending_cmd = cmd;
+  }
+}
+
+/**
+ * Find a way through an unknown room: commands and tuning. The map frame has its origin and its x
+ * axis where the drone took off. A value that is not a number or out of range is refused: it reads
+ * back unchanged, and the console says why. Tuning can be stored and then lasts.
+ */
+PARAM_GROUP_START(way)
+/**
+ * @brief A write commands: 1 take off, 2 go to goalX/goalY, 3 explore, 4 return home, 5 land,
+ * 6 hold here, 7 scan (turn once), 8 forget the map. Reads 0 once taken; log way.refused tells the
+ * answer.
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_UINT8, cmd, &cmd, on_command)
+/**
+ * @brief Goal of command 2 in the map, x [m]
+ */
+PARAM_ADD(PARAM_FLOAT, goalX, &goal_x)
+/**
+ * @brief Goal of command 2 in the map, y [m]
+ */
+PARAM_ADD(PARAM_FLOAT, goalY, &goal_y)
+/**
+ * @brief Flight height above the floor [m]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, height, &wanted.height, on_change)
+/**
+ * @brief Cruise speed [m/s]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, speed, &wanted.speed, on_change)
+/**
+ * @brief Distance of the drone's centre from obstacles, its radius included [m]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, clearance, &wanted.clearance, on_change)
+/**
+ * @brief Heading: 0 face the way it flies, 1 keep heading, 2 turn steadily at yawRate
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, yawMode, &wanted.yaw_mode, on_change)
+/**
+ * @brief Yaw rate of yawMode 2, counter-clockwise [deg/s]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, yawRate, &wanted.yaw_rate_dps, on_change)
+/**
+ * @brief Planner: 0 RRT*, 1 search on the grid
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, planner, &wanted.planner, on_change)
+/**
+ * @brief SLAM: 0 off, 1 correct the map pose, 2 also feed the firmware's estimator
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, slam, &wanted.slam, on_change)
+/**
+ * @brief Smallest x of the area that is explored and never left, in the map [m]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaX0, &wanted.area_x0, on_change)
+/**
+ * @brief Smallest y of the area [m]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaY0, &wanted.area_y0, on_change)
+/**
+ * @brief Largest x of the area [m]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaX1, &wanted.area_x1, on_change)
+/**
+ * @brief Largest y of the area [m]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaY1, &wanted.area_y1, on_change)
+/**
+ * @brief When the ground is silent: 0 go on, 1 hold, 2 return home, 3 land
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, lost, &wanted.lost, on_change)
+/**
+ * @brief How long the ground may be silent [s]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lostTime, &wanted.lost_time, on_change)
+/**
+ * @brief Battery voltage below which it returns home; it lands below lowBat - 0.15 [V]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lowBat, &wanted.low_battery, on_change)
+/**
+ * @brief Side of a grid cell, taken when the next map is made [m]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, cell, &wanted.cell, on_change)
+PARAM_GROUP_STOP(way)

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** @file app.h  Host version: where the firmware enters the app. */
+#ifndef APP_H
+#define APP_H
+
+/** Runs in a task of its own once the system has started; does not return. */
+void appMain(void);
+
+#endif

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/** Time and the one task. The task is a coroutine: it runs until it sleeps, then the simulator goes
+ *  on. Nothing moves time but sim_port_run. */
+#include <stdbool.h>
+#include <ucontext.h>
+
+#include "FreeRTOS.h"
+#include "app.h"
+#include "debug.h"
+#include "port.h"
+#include "sim_port.h"
+#include "task.h"
+#include "usec_time.h"
+
+enum { STACK_BYTES = 256 * 1024 };
+
+static ucontext_t simulator;
+static ucontext_t task;
+static _Alignas(16) char stack[STACK_BYTES];
+static uint32_t now_ms;
+static uint32_t wake_ms;
+static bool booted;
+static bool failed;
+static bool in_task;
+
+static void run_app(void) {
+  appMain();
+  port_fail("appMain returned");
+}
+
+static void enter_task(void) {
+  in_task = true;
+  swapcontext(&simulator, &task);
+  in_task = false;
+}
+
+static void sleep_until(uint32_t time_ms) {
+  wake_ms = time_ms;
+  swapcontext(&task, &simulator);
+}
+
+void port_fail(const char *what) {
+  consolePrintf("ASSERT: %s\n", what);
+  failed = true;
+  while (in_task) {
+    swapcontext(&task, &simulator);
+  }
+}
+
+uint32_t port_now_ms(void) {
+  return now_ms;
+}
+
+TickType_t xTaskGetTickCount(void) {
+  return now_ms;
+}
+
+uint64_t usecTimestamp(void) {
+  return 1000ull * now_ms;
+}
+
+void vTaskDelay(TickType_t ticks) {
+  if (ticks > 0) {
+    sleep_until(now_ms + ticks);
+  }
+}
+
+void vTaskDelayUntil(TickType_t *previous_wake, TickType_t increment) {
+  *previous_wake += increment;
+  if ((int32_t)(*previous_wake - now_ms) > 0) {
+    sleep_until(*previous_wake);
+  }
+}
+
+void sim_port_boot(void) {
+  if (booted) {
+    return;
+  }
+  booted = true;
+  getcontext(&task);
+  task.uc_stack.ss_sp = stack;
+  task.uc_stack.ss_size = sizeof stack;
+  task.uc_link = &simulator;
+  makecontext(&task, run_app, 0);
+  enter_task();
+}
+
+void sim_port_run(uint32_t ms) {
+  const uint32_t end_ms = now_ms + ms;
+  while (sim_port_alive() && (int32_t)(end_ms - wake_ms) >= 0) {
+    now_ms = wake_ms;
+    enter_task();
+  }
+  now_ms = end_ms;
+}
+
+uint32_t sim_port_now_ms(void) {
+  return now_ms;
+}
+
+bool sim_port_alive(void) {
+  return booted && !failed;
+}

@@ -22,7 +22,7 @@ follower_config_t follower_config_default(void) {
       .position_gain_per_s = 1.0f,
       .yaw_gain_per_s = 2.5f,
       .yaw_rate_max_rps = 1.6f,
-      .turn_rate_rps = 0.7f,
+      .turn_rate_rps = 0.6981317f, // 40 deg/s
       .yaw_mode = FOLLOWER_YAW_FORWARD,
   };
 }

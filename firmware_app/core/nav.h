@@ -162,7 +162,8 @@ typedef struct {
   float tick_s;          ///< since the tick before
   float height_sp_m;     ///< ramped
   float turned_rad;      ///< in this scan
-  float allowed_m;       ///< observed part of the route
+  float allowed_m;       ///< how far the route may be flown: clear and observed
+  bool rolling;          ///< planning anew while still flying the old route's clear part
   float best_progress_m; ///< along the route since it was made
   uint32_t state_since_ms;
   uint32_t link_seen_ms;

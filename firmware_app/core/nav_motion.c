@@ -8,167 +8,26 @@
 
 enum {
   STALLS_MAX = 6,      ///< stops without progress before a task is given up
-  LOOKS = 4,           ///< turns to look around before "no way" is final
   FRONTIER_CELLS = 20, ///< fewer new cells at a frontier are no progress
-  FRONTIERS_VAIN = 3   ///< frontiers without progress that end an exploration
+  FRONTIERS_VAIN = 3,  ///< frontiers without progress that end an exploration
 };
 
 static const float HEIGHT_REACHED_M = 0.06f;
 static const float LANDED_M = 0.05f;
 static const float LANDED_BELOW_M =
     -0.3f; ///< setpoint this far under the floor: it must have touched down
-static const float GUARD_HEIGHT_M = 0.15f; ///< lower, the beams see the floor
-static const float BATTERY_HOLD_MS = 2000.0f;
-static const float BATTERY_EMPTY_BELOW_V = 0.15f;
-static const float PROGRESS_M = 0.25f; ///< along a route: what counts as progress
+static const float GUARD_HEIGHT_M = 0.15f;  ///< lower, the beams see the floor
+static const float PROGRESS_M = 0.25f;      ///< along a route: what counts as progress
+static const float BLOCKED_MARGIN_M = 0.3f; ///< stop this much before a blocked piece
 static const uint32_t STEP_TIMEOUT_MS = 8000u;
 static const uint32_t STALL_MS = 10000u;
-static const uint32_t FROZEN_MS = 1000u;
-static const uint32_t BAD_ESTIMATE_MS = 300u;
-
-static uint32_t now_ms(const nav_t *nav) {
-  return nav->input.odometry.time_ms;
-}
-
-void nav_fault(nav_t *nav, mission_reason_t reason) {
-  nav->mission.fault = reason;
-  nav_emit(nav, WIRE_EVENT_FAULT, (uint8_t)reason, pose2_position(nav->pose));
-}
-
-/** A goal that the map refuses when it is asked for is refused at once; all else deserves a second
- * look. */
-void nav_set_task(nav_t *nav, mission_task_t task) {
-  nav->mission.task = task;
-  nav->plan.looks_left = task == MISSION_TASK_GOTO ? 0 : LOOKS;
-  nav->plan.stalls = 0;
-  nav_apply(nav, MISSION_EV_TASK);
-}
-
-static void leave_ground(nav_t *nav) {
-  nav->mapped = true;
-  nav->home = nav->pose;
-  nav->height_sp_m = nav->input.odometry.height_m;
-  nav->link_lost = false;
-  nav->battery_low = false;
-  nav->mission.fault = MISSION_OK;
-  nav->plan.looks_left = LOOKS;
-  nav->plan.stalls = 0;
-  nav->plan.known_cells = 0;
-}
-
-static void enter_state(nav_t *nav, mission_state_t before) {
-  nav->state_since_ms = now_ms(nav);
-  nav->post = nav->pose;
-  switch (nav->mission.state) {
-  case MISSION_IDLE:
-  case MISSION_PLAN:
-    nav->plan.stage = NAV_PLAN_BEGIN;
-    break;
-  case MISSION_TAKEOFF:
-    if (!mission_airborne(before)) {
-      leave_ground(nav);
-    }
-    break;
-  case MISSION_SCAN:
-    nav->turned_rad = 0.0f;
-    break;
-  case MISSION_FOLLOW:
-  case MISSION_RETURN:
-    follower_start(&nav->follower, nav->pose.yaw_rad);
-    nav->best_progress_m = 0.0f;
-    nav->allowed_m = route_known_m(&nav->route, &nav->grid, nav->cfg.known_half_width_m);
-    break;
-  case MISSION_AVOID:
-  case MISSION_HOVER:
-  case MISSION_LAND:
-  case MISSION_FAULT:
-  case MISSION_STATES:
-    break;
-  }
-}
-
-void nav_apply(nav_t *nav, mission_event_t event) {
-  mission_state_t before = nav->mission.state;
-  if (!mission_step(&nav->mission, event)) {
-    return;
-  }
-  if (nav->mission.state != before) {
-    nav_emit(nav, WIRE_EVENT_STATE, (uint8_t)nav->mission.state, pose2_position(nav->pose));
-  }
-  enter_state(nav, before);
-}
-
-static void watch_battery(nav_t *nav) {
-  if (nav->input.battery_v >= nav->cfg.low_battery_v) {
-    nav->battery_good_ms = now_ms(nav);
-  }
-  bool low = (float)(now_ms(nav) - nav->battery_good_ms) > BATTERY_HOLD_MS;
-  if (!low || nav->mission.state == MISSION_LAND) {
-    return;
-  }
-  if (nav->input.battery_v < nav->cfg.low_battery_v - BATTERY_EMPTY_BELOW_V) {
-    nav_fault(nav, MISSION_BATTERY_EMPTY);
-    nav_apply(nav, MISSION_EV_LAND);
-  } else if (!nav->battery_low) {
-    nav->battery_low = true;
-    nav_fault(nav, MISSION_BATTERY_LOW);
-    nav_set_task(nav, MISSION_TASK_HOME);
-  }
-}
-
-static void watch_link(nav_t *nav) {
-  if ((nav->input.flags & NAV_LINK_ALIVE) != 0) {
-    nav->link_seen_ms = now_ms(nav);
-    nav->link_lost = false;
-    return;
-  }
-  bool late = (float)(now_ms(nav) - nav->link_seen_ms) > nav->cfg.lost_time_s * 1000.0f;
-  if (!late || nav->link_lost || nav->cfg.lost == NAV_LOST_GO_ON ||
-      nav->mission.state == MISSION_LAND) {
-    return;
-  }
-  nav->link_lost = true;
-  nav_fault(nav, MISSION_LINK_LOST);
-  if (nav->cfg.lost == NAV_LOST_HOLD) {
-    nav_apply(nav, MISSION_EV_HOLD);
-  } else if (nav->cfg.lost == NAV_LOST_LAND) {
-    nav_apply(nav, MISSION_EV_LAND);
-  } else if (nav->mission.task != MISSION_TASK_HOME) {
-    nav_set_task(nav, MISSION_TASK_HOME);
-  }
-}
-
-static void watch_senses(nav_t *nav) {
-  bool blind = scan_age_ms(&nav->scan, now_ms(nav)) > FROZEN_MS;
-  bool lost = now_ms(nav) - nav->estimate_good_ms > BAD_ESTIMATE_MS;
-  if ((blind || lost) && nav->mission.state != MISSION_LAND) {
-    nav_fault(nav, blind ? MISSION_RANGES_FROZEN : MISSION_ESTIMATOR);
-    nav_apply(nav, MISSION_EV_LAND);
-  }
-}
-
-void nav_watch(nav_t *nav) {
-  if (!mission_airborne(nav->mission.state)) {
-    nav->battery_good_ms = nav->link_seen_ms = nav->estimate_good_ms = now_ms(nav);
-    return;
-  }
-  bool tumbled = (nav->input.flags & NAV_TUMBLED) != 0;
-  if (tumbled || (nav->input.flags & NAV_CAN_FLY) == 0) {
-    nav_fault(nav, tumbled ? MISSION_TUMBLED : MISSION_CANNOT_FLY);
-    nav_apply(nav, MISSION_EV_FAILED);
-    return;
-  }
-  watch_battery(nav);
-  watch_link(nav);
-  watch_senses(nav);
-}
 
 static float ramp(float from, float to, float step) {
   return from + geometry_clamp(to - from, -step, step);
 }
 
 static bool waited(const nav_t *nav, uint32_t timeout_ms) {
-  return now_ms(nav) - nav->state_since_ms > timeout_ms;
+  return nav_now_ms(nav) - nav->state_since_ms > timeout_ms;
 }
 
 static void steer_height(nav_t *nav) {
@@ -198,20 +57,6 @@ static follower_command_t turn_around(nav_t *nav) {
   return command;
 }
 
-/** The first way point not behind. */
-static int route_index(const nav_t *nav) {
-  float left_m = nav->follower.progress_m;
-  int i = 0;
-  while (i + 2 < nav->route.count) {
-    left_m -= vec2_distance(nav->route.points_m[i], nav->route.points_m[i + 1]);
-    if (left_m < 0.0f) {
-      break;
-    }
-    i++;
-  }
-  return i;
-}
-
 /** Too many looks without getting on: give up, say so, hold. */
 static void look_again(nav_t *nav) {
   if (++nav->plan.stalls > STALLS_MAX) {
@@ -226,7 +71,7 @@ static void look_again(nav_t *nav) {
 static void note_progress(nav_t *nav) {
   if (nav->follower.progress_m > nav->best_progress_m + PROGRESS_M) {
     nav->best_progress_m = nav->follower.progress_m;
-    nav->state_since_ms = now_ms(nav);
+    nav->state_since_ms = nav_now_ms(nav);
     nav->plan.stalls = 0;
     nav->plan.looks_left = LOOKS;
   }
@@ -250,23 +95,45 @@ static void arrive(nav_t *nav) {
   nav->post.y_m = nav->goal_m.y;
 }
 
+bool nav_look_along(nav_t *nav) {
+  float from_m = nav->follower.progress_m;
+  float clear_m = route_clear_m(&nav->route, &nav->grid, &nav->clearance, from_m);
+  float known_m = route_known_m(&nav->route, &nav->grid, nav->cfg.known_half_width_m, from_m);
+  bool all_clear = clear_m > route_length_m(&nav->route) - 1.0e-3f;
+  float safe_m = all_clear ? clear_m : clear_m - BLOCKED_MARGIN_M;
+  nav->allowed_m = known_m < safe_m ? known_m : safe_m;
+  return all_clear;
+}
+
+static follower_status_t steer_along(nav_t *nav, follower_command_t *command) {
+  vec2_t velocity_mps = vec2_rotate(nav->input.velocity_mps, nav->slam.map_from_odom.yaw_rad);
+  return follower_step(&nav->follower, &nav->cfg.follower, &nav->route, nav->pose, velocity_mps,
+                       nav->allowed_m, command);
+}
+
 static follower_command_t follow(nav_t *nav, bool fresh) {
-  if (fresh) {
-    nav->allowed_m = route_known_m(&nav->route, &nav->grid, nav->cfg.known_half_width_m);
-  }
-  sincos_t turn = geometry_sincos(nav->slam.map_from_odom.yaw_rad);
-  vec2_t v = nav->input.velocity_mps;
-  vec2_t velocity_mps = {turn.cos * v.x - turn.sin * v.y, turn.sin * v.x + turn.cos * v.y};
+  bool clear = !fresh || nav_look_along(nav);
   follower_command_t command;
-  follower_status_t status = follower_step(&nav->follower, &nav->cfg.follower, &nav->route,
-                                           nav->pose, velocity_mps, nav->allowed_m, &command);
+  follower_status_t status = steer_along(nav, &command);
   note_progress(nav);
   if (status == FOLLOWER_ARRIVED) {
     arrive(nav);
+  } else if (!clear) {
+    nav_apply(nav, MISSION_EV_BLOCKED);
   } else if (status == FOLLOWER_AT_LIMIT || waited(nav, STALL_MS)) {
     look_again(nav);
-  } else if (fresh && route_blocked(&nav->route, &nav->grid, &nav->clearance, route_index(nav))) {
-    nav_apply(nav, MISSION_EV_BLOCKED);
+  }
+  return command;
+}
+
+/** While a new route is computed: on along what is still clear of the old one, or hover. */
+static follower_command_t bridge(nav_t *nav, bool fresh) {
+  follower_command_t command = follower_hold(&nav->cfg.follower, nav->pose, nav->post);
+  if (nav->rolling) {
+    if (fresh) {
+      nav_look_along(nav);
+    }
+    steer_along(nav, &command);
   }
   return command;
 }
@@ -278,11 +145,12 @@ static follower_command_t command_of_state(nav_t *nav, bool fresh) {
   case MISSION_FOLLOW:
   case MISSION_RETURN:
     return follow(nav, fresh);
+  case MISSION_PLAN:
+    return bridge(nav, fresh);
   case MISSION_AVOID:
     return (follower_command_t){.velocity_mps = {0.0f, 0.0f}, .yaw_rate_rps = 0.0f};
   case MISSION_IDLE:
   case MISSION_TAKEOFF:
-  case MISSION_PLAN:
   case MISSION_HOVER:
   case MISSION_LAND:
   case MISSION_FAULT:

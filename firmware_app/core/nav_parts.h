@@ -5,6 +5,7 @@
 
 #include "nav.h"
 
+uint32_t nav_now_ms(const nav_t *nav);
 /** Queue an event for the ground. */
 void nav_emit(nav_t *nav, wire_event_code_t code, uint8_t argument, vec2_t place_m);
 /** Apply an event to the mission and do what entering the new state takes. */
@@ -24,6 +25,9 @@ void nav_plan_step(nav_t *nav);
 
 /** Policies: battery, link, supervisor, estimator, ranges. */
 void nav_watch(nav_t *nav);
+/** How far the route may be flown by what the map says now. @return true if all the rest is clear
+ */
+bool nav_look_along(nav_t *nav);
 /** What the state wants the vehicle to do, past the guard. @param fresh the map was measured anew
  * in this tick */
 nav_setpoint_t nav_move(nav_t *nav, bool fresh);

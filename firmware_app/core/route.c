@@ -7,7 +7,7 @@
 enum { ROUND_TRIES = 3, POINTS_PER_CORNER = 3 };
 
 static const float ROUND_CUT_CELLS = 6.0f; ///< how far from a corner the rounding may begin
-static const float KNOWN_STEP_M = 0.1f;    ///< resolution of route_known_m
+static const float PIECE_M = 0.1f;         ///< resolution of route_clear_m and route_known_m
 
 static void reverse(vec2_t *points, int count) {
   for (int a = 0, b = count - 1; a < b; a++, b--) {
@@ -105,33 +105,58 @@ float route_length_m(const route_t *route) {
   return length_m;
 }
 
-bool route_blocked(const route_t *route, const grid_t *grid, const clearance_t *clearance,
-                   int from) {
-  for (int i = from > 0 ? from : 0; i + 1 < route->count; i++) {
-    vec2_t a = grid_to_cells(grid, route->points_m[i]);
-    vec2_t b = grid_to_cells(grid, route->points_m[i + 1]);
-    if (!clearance_segment_free(clearance, a, b)) {
-      return true;
+/** A piece of the route, at most PIECE_M long. */
+typedef struct {
+  int leg;         ///< from way point leg - 1 to leg
+  float leg_end_m; ///< arc length at way point leg
+  float at_m;      ///< arc length at which the next piece begins
+  vec2_t a_m;
+  vec2_t b_m;
+} piece_t;
+
+/** The next piece; false at the end of the route. */
+static bool next_piece(const route_t *route, piece_t *piece) {
+  while (piece->leg == 0 || piece->at_m >= piece->leg_end_m - 1.0e-4f) {
+    if (piece->leg + 1 >= route->count) {
+      return false;
     }
+    piece->leg++;
+    piece->leg_end_m += vec2_distance(route->points_m[piece->leg - 1], route->points_m[piece->leg]);
   }
-  return false;
+  vec2_t a = route->points_m[piece->leg - 1];
+  vec2_t b = route->points_m[piece->leg];
+  float leg_m = vec2_distance(a, b);
+  float left_m = piece->leg_end_m - piece->at_m;
+  float step_m = left_m < PIECE_M ? left_m : PIECE_M;
+  piece->a_m = vec2_add(b, vec2_scale(vec2_sub(a, b), left_m / leg_m));
+  piece->b_m = vec2_add(b, vec2_scale(vec2_sub(a, b), (left_m - step_m) / leg_m));
+  piece->at_m += step_m;
+  return true;
 }
 
-float route_known_m(const route_t *route, const grid_t *grid, float half_width_m) {
-  float known_m = 0.0f;
-  for (int i = 1; i < route->count; i++) {
-    vec2_t a = route->points_m[i - 1];
-    vec2_t along = vec2_sub(route->points_m[i], a);
-    float length_m = vec2_norm(along);
-    for (float at_m = 0.0f; at_m < length_m; at_m += KNOWN_STEP_M) {
-      float next_m = at_m + KNOWN_STEP_M < length_m ? at_m + KNOWN_STEP_M : length_m;
-      vec2_t piece_start = vec2_add(a, vec2_scale(along, at_m / length_m));
-      vec2_t piece_end = vec2_add(a, vec2_scale(along, next_m / length_m));
-      if (!grid_segment_known(grid, piece_start, piece_end, half_width_m)) {
-        return known_m;
-      }
-      known_m += next_m - at_m;
+float route_clear_m(const route_t *route, const grid_t *grid, const clearance_t *clearance,
+                    float from_m) {
+  piece_t piece = {.at_m = from_m};
+  float clear_m = from_m;
+  while (next_piece(route, &piece)) {
+    vec2_t a = grid_to_cells(grid, piece.a_m);
+    vec2_t b = grid_to_cells(grid, piece.b_m);
+    if (!clearance_segment_free(clearance, a, b)) {
+      return clear_m;
     }
+    clear_m = piece.at_m;
+  }
+  return clear_m;
+}
+
+float route_known_m(const route_t *route, const grid_t *grid, float half_width_m, float from_m) {
+  piece_t piece = {.at_m = from_m};
+  float known_m = from_m;
+  while (next_piece(route, &piece)) {
+    if (!grid_segment_known(grid, piece.a_m, piece.b_m, half_width_m)) {
+      return known_m;
+    }
+    known_m = piece.at_m;
   }
   return known_m;
 }

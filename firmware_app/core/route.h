@@ -29,11 +29,12 @@ int route_shortcut(const clearance_t *clearance, vec2_t *path_cells, int count);
 int route_round(const clearance_t *clearance, vec2_t *path_cells, int count, int capacity);
 
 float route_length_m(const route_t *route);
-/** True if a piece from way point `from` on is no longer clear. */
-bool route_blocked(const route_t *route, const grid_t *grid, const clearance_t *clearance,
-                   int from);
-/** How far along the route [m], from its start, everything within half_width_m has been observed.
+/** How far along the route [m], looking from arc length from_m on, it stays clear of blocked cells.
  */
-float route_known_m(const route_t *route, const grid_t *grid, float half_width_m);
+float route_clear_m(const route_t *route, const grid_t *grid, const clearance_t *clearance,
+                    float from_m);
+/** How far along the route [m], looking from from_m on, everything within half_width_m was
+ * observed. */
+float route_known_m(const route_t *route, const grid_t *grid, float half_width_m, float from_m);
 
 #endif

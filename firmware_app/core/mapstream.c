@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-enum { SWEEP_EVERY = 4 };
+enum { SWEEP_EVERY = 4, ROTATION_STEP = 13 };
 
 void mapstream_init(mapstream_t *stream) {
   memset(stream, 0, sizeof *stream);
@@ -25,6 +25,9 @@ static int choose_tile(mapstream_t *stream, const grid_t *grid) {
   stream->turn = (uint8_t)((stream->turn + 1u) % SWEEP_EVERY);
   int tile = stream->turn != 0u ? changed_tile(stream, grid) : -1;
   if (tile < 0) {
+    // A sweep is as long as the counter: without this step a tile would meet the same rotation
+    // again.
+    stream->rotation = (uint8_t)(stream->rotation + (stream->sweep == 0u ? ROTATION_STEP : 0u));
     return stream->sweep++;
   }
   stream->cursor = (uint8_t)tile;
@@ -53,7 +56,7 @@ static void fill(const mapstream_t *stream, const grid_t *grid, wire_map_piece_t
 void mapstream_next(mapstream_t *stream, grid_t *grid, uint8_t epoch, uint8_t *bytes) {
   int tile = choose_tile(stream, grid);
   wire_map_piece_t piece = {.tile = (uint8_t)tile, .epoch = epoch};
-  stream->rotation = (uint8_t)(stream->rotation + 13u);
+  stream->rotation = (uint8_t)(stream->rotation + ROTATION_STEP);
   fill(stream, grid, &piece);
   grid->changed_tiles[tile / 32] &= ~(1u << (tile % 32));
   wire_map_encode(&piece, bytes);

@@ -16,7 +16,13 @@ from ground.flight import Outcome, fly
 from ground.link_radio import RadioLink
 from ground.mapfile import save_map
 from ground.model import Point
-from ground.session import explain, keep_connected, landing_on_interrupt, narrated
+from ground.session import (
+    explain,
+    fly_when_settled,
+    keep_connected,
+    landing_on_interrupt,
+    narrated,
+)
 from ground.station import Station, station_on
 from ground.web.cockpit import Cockpit
 from ground.web.server import page_server
@@ -40,7 +46,8 @@ async def fly_to(
 ) -> bool:
     """Fly to a point of the map, then land there or hover until Ctrl-C."""
     async with _flying(uri, out) as station:
-        outcome = await fly(station, MissionCmd.GOTO, Point(x_m, y_m))
+        goal = Point(x_m, y_m)
+        outcome = await fly_when_settled(station, MissionCmd.GOTO, goal, out)
         _report(station, MissionCmd.GOTO, outcome, json_file, out)
         if outcome.reached and hold:
             out.print("hovering there until Ctrl-C")
@@ -53,7 +60,7 @@ async def fly_to(
 async def fly_mission(uri: str, cmd: MissionCmd, json_file: Path | None, out: Console) -> bool:
     """A command without a goal."""
     async with _flying(uri, out) as station:
-        outcome = await fly(station, cmd)
+        outcome = await fly_when_settled(station, cmd, None, out)
         _report(station, cmd, outcome, json_file, out)
     return outcome.reached
 

@@ -23,7 +23,7 @@ from ground.flight import Outcome, fly
 from ground.link_radio import RadioLink
 from ground.map import GroundMap
 from ground.model import LinkStats, Point
-from ground.session import explain, landing_on_interrupt, narrated
+from ground.session import explain, fly_when_settled, landing_on_interrupt, narrated
 from ground.sim.process import SimulatorProcess
 from ground.sim.world import World, load_world
 from ground.station import Station, station_on
@@ -98,7 +98,7 @@ async def _shown(station: Station, options: DemoOptions, out: Console) -> AsyncI
 
 
 async def _fly(station: Station, goal: Point, out: Console) -> _Flight:
-    outcome = await fly(station, MissionCmd.GOTO, goal)
+    outcome = await fly_when_settled(station, MissionCmd.GOTO, goal, out)
     landed = not station.picture.state.airborne
     if outcome.reached:
         out.print("[green]arrived[/]; landing there")

@@ -6,15 +6,16 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import time
 from collections.abc import AsyncIterator
 
 from rich.console import Console
 
-from ground.core import EventCode, MissionCmd, MissionState
+from ground.core import EventCode, MissionCmd, MissionReason, MissionState
 from ground.errors import GroundError
 from ground.flight import Outcome, fly
 from ground.link_radio import RadioLink
-from ground.model import Event, LinkChange, LinkState
+from ground.model import Event, LinkChange, LinkState, Point
 from ground.station import Station, station_on
 from ground.web.cockpit import Cockpit
 from ground.words import REASON_WORDS, STATE_WORDS
@@ -23,6 +24,8 @@ log = logging.getLogger(__name__)
 
 RETRY_S = 2.0
 LANDING_S = 60.0
+SETTLING_S = 15.0
+SETTLING_RETRY_S = 0.2
 
 
 @contextlib.asynccontextmanager
@@ -61,6 +64,23 @@ async def landing_on_interrupt(station: Station, console: Console) -> AsyncItera
                 async with asyncio.timeout(LANDING_S):
                     await fly(station, MissionCmd.LAND)
         raise
+
+
+async def fly_when_settled(
+    station: Station, cmd: MissionCmd, goal: Point | None, console: Console
+) -> Outcome:
+    """As fly(), but give the position estimate some time after the drone was switched on."""
+    give_up_s = time.monotonic() + SETTLING_S
+    told = False
+    while True:
+        outcome = await fly(station, cmd, goal)
+        settled = outcome.reason is not MissionReason.ESTIMATOR or station.picture.state.airborne
+        if settled or time.monotonic() > give_up_s:
+            return outcome
+        if not told:
+            console.print("waiting for the position estimate to settle")
+            told = True
+        await asyncio.sleep(SETTLING_RETRY_S)
 
 
 def explain(outcome: Outcome) -> str:

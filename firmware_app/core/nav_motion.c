@@ -73,7 +73,7 @@ static void note_progress(nav_t *nav) {
     nav->best_progress_m = nav->follower.progress_m;
     nav->state_since_ms = nav_now_ms(nav);
     nav->plan.stalls = 0;
-    nav->plan.looks_left = LOOKS;
+    nav->plan.looks_left = NAV_LOOKS;
   }
 }
 

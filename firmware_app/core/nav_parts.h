@@ -5,6 +5,8 @@
 
 #include "nav.h"
 
+enum { NAV_LOOKS = 4 /* turns to look around before "no way" is final */ };
+
 uint32_t nav_now_ms(const nav_t *nav);
 /** Queue an event for the ground. */
 void nav_emit(nav_t *nav, wire_event_code_t code, uint8_t argument, vec2_t place_m);

@@ -4,8 +4,6 @@
 #include "nav.h"
 #include "nav_parts.h"
 
-enum { LOOKS = 4 /* turns to look around before "no way" is final */ };
-
 void nav_fault(nav_t *nav, mission_reason_t reason) {
   nav->mission.fault = reason;
   nav_emit(nav, WIRE_EVENT_FAULT, (uint8_t)reason, pose2_position(nav->pose));
@@ -15,7 +13,7 @@ void nav_fault(nav_t *nav, mission_reason_t reason) {
  * look. */
 void nav_set_task(nav_t *nav, mission_task_t task) {
   nav->mission.task = task;
-  nav->plan.looks_left = task == MISSION_TASK_GOTO ? 0 : LOOKS;
+  nav->plan.looks_left = task == MISSION_TASK_GOTO ? 0 : NAV_LOOKS;
   nav->plan.stalls = 0;
   nav_apply(nav, MISSION_EV_TASK);
 }
@@ -27,7 +25,7 @@ static void leave_ground(nav_t *nav) {
   nav->link_lost = false;
   nav->battery_low = false;
   nav->mission.fault = MISSION_OK;
-  nav->plan.looks_left = LOOKS;
+  nav->plan.looks_left = NAV_LOOKS;
   nav->plan.stalls = 0;
   nav->plan.known_cells = 0;
 }

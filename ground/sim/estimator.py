@@ -41,7 +41,7 @@ class Profile:
     gyro_scale: float
     yaw_walk_dps: float
     velocity_bias_mps: float
-    walk_mps: float
+    walk_m_per_root_s: float
     velocity_noise_mps: float
     tilt_error_deg: float
 
@@ -62,7 +62,7 @@ def _profile(
         gyro_scale=0.004,
         yaw_walk_dps=0.03,
         velocity_bias_mps=0.008,
-        walk_mps=0.006,
+        walk_m_per_root_s=0.006,
         velocity_noise_mps=0.01,
         tilt_error_deg=0.3,
     )
@@ -85,7 +85,9 @@ class Estimator:
         if profile.scale_either_sign:
             scale *= rng.choice((-1.0, 1.0))
         skew = profile.anisotropy * noise.normal()
-        self._noise, self._profile = noise, profile
+        self._noise = noise
+        self._walk_m = profile.walk_m_per_root_s * math.sqrt(_STEP_S)
+        self._jitter_mps = profile.velocity_noise_mps
         self._scale_x, self._scale_y = 1.0 + scale + skew, 1.0 + scale - skew
         self._wander_x = Wander(noise, profile.scale_wander, 12.0, _STEP_S)
         self._wander_y = Wander(noise, profile.scale_wander, 12.0, _STEP_S)
@@ -100,6 +102,7 @@ class Estimator:
         self._roll_error = Wander(noise, tilt_rad, 20.0, _STEP_S)
         self._pitch_error = Wander(noise, tilt_rad, 20.0, _STEP_S)
         self._lost_x_mps = self._lost_y_mps = 0.0
+        self._last: tuple[float, float, float] | None = None
         self.roll_error_rad = self.pitch_error_rad = 0.0
         self.reset(0.0, 0.0, 0.0, 0.0)
 
@@ -114,25 +117,34 @@ class Estimator:
         lost = flow_quality < FLOW_MIN_QUALITY and not body.on_floor
         self._step_variance(lost, max(flow_quality, FLOW_MIN_QUALITY))
         self._step_height(body, height_m)
+        moved = self._moved(body)
         if body.on_floor:
-            self._rest(body)
+            self._rest(body, moved)
             return
         self.roll_error_rad = self._roll_error.step()
         self.pitch_error_rad = self._pitch_error.step()
-        turn_rps = body.yaw_rps * self._yaw_scale + self._yaw_bias_rps + self._yaw_wander.step()
-        self.yaw_rad += turn_rps * _STEP_S + self._yaw_walk * self._noise.normal()
+        drift_rps = self._yaw_bias_rps + self._yaw_wander.step()
+        self.yaw_rad += moved[2] * self._yaw_scale + drift_rps * _STEP_S
+        self.yaw_rad += self._yaw_walk * self._noise.normal()
         self._step_lost(lost)
-        self._step_plane(body, 1.0 / max(flow_quality, FLOW_MIN_QUALITY))
+        self._step_plane(body, moved, 1.0 / max(flow_quality, FLOW_MIN_QUALITY))
 
-    def _rest(self, body: Vehicle) -> None:
-        """On the ground nothing drifts, and flow sees hardly anything."""
-        self.yaw_rad += body.yaw_rps * _STEP_S
+    def _moved(self, body: Vehicle) -> tuple[float, float, float]:
+        """What the body has truly moved since the last step, world axes, and turned."""
+        now = (body.x_m, body.y_m, body.yaw_rad)
+        before = self._last or now
+        self._last = now
+        return now[0] - before[0], now[1] - before[1], now[2] - before[2]
+
+    def _rest(self, body: Vehicle, moved: tuple[float, float, float]) -> None:
+        """On the ground nothing drifts."""
+        self.yaw_rad += moved[2]
         turn_rad = self.yaw_rad - body.yaw_rad
         c, s = math.cos(turn_rad), math.sin(turn_rad)
         self.vx_mps = c * body.vx_mps - s * body.vy_mps
         self.vy_mps = s * body.vx_mps + c * body.vy_mps
-        self.x_m += self.vx_mps * _STEP_S
-        self.y_m += self.vy_mps * _STEP_S
+        self.x_m += c * moved[0] - s * moved[1]
+        self.y_m += s * moved[0] + c * moved[1]
         self._lost_x_mps = self._lost_y_mps = 0.0
 
     def _step_variance(self, lost: bool, quality: float) -> None:
@@ -161,21 +173,20 @@ class Estimator:
             self._lost_x_mps -= self._lost_x_mps * _STEP_S / _RECOVER_S
             self._lost_y_mps -= self._lost_y_mps * _STEP_S / _RECOVER_S
 
-    def _step_plane(self, body: Vehicle, worse: float) -> None:
+    def _step_plane(self, body: Vehicle, moved: tuple[float, float, float], worse: float) -> None:
+        """Velocity as flow shows it, and the way that this adds up to, with its errors."""
         c, s = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
-        forward = c * body.vx_mps + s * body.vy_mps
-        left = c * body.vy_mps - s * body.vx_mps
-        profile, noise = self._profile, self._noise
         scale_x = self._scale_x + self._wander_x.step() * worse
         scale_y = self._scale_y + self._wander_y.step() * worse
-        forward = forward * scale_x + self._bias_x.step() * worse + self._lost_x_mps
-        left = left * scale_y + self._bias_y.step() * worse + self._lost_y_mps
-        walk = profile.walk_mps * worse / math.sqrt(_STEP_S)
+        off_x_mps = self._bias_x.step() * worse + self._lost_x_mps
+        off_y_mps = self._bias_y.step() * worse + self._lost_y_mps
+        vx = (c * body.vx_mps + s * body.vy_mps) * scale_x + off_x_mps
+        vy = (c * body.vy_mps - s * body.vx_mps) * scale_y + off_y_mps
+        normal, walk_m = self._noise.normal, self._walk_m * worse
+        dx = (c * moved[0] + s * moved[1]) * scale_x + off_x_mps * _STEP_S + walk_m * normal()
+        dy = (c * moved[1] - s * moved[0]) * scale_y + off_y_mps * _STEP_S + walk_m * normal()
         c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        jitter = profile.velocity_noise_mps
-        self.vx_mps = c * forward - s * left + jitter * noise.normal()
-        self.vy_mps = s * forward + c * left + jitter * noise.normal()
-        forward += walk * noise.normal()
-        left += walk * noise.normal()
-        self.x_m += (c * forward - s * left) * _STEP_S
-        self.y_m += (s * forward + c * left) * _STEP_S
+        self.vx_mps = c * vx - s * vy + self._jitter_mps * normal()
+        self.vy_mps = s * vx + c * vy + self._jitter_mps * normal()
+        self.x_m += c * dx - s * dy
+        self.y_m += s * dx + c * dy

@@ -84,10 +84,10 @@ class Footprints:
 
     def _start(self, row: int, motion: Motion, drone_m: Point | None) -> float:
         """When this row starts to move; inf as long as it waits for the drone."""
-        trigger = motion.trigger
-        if trigger and drone_m and math.isinf(self._starts_s[row]):
-            if math.dist(trigger.center_m, drone_m) <= trigger.radius_m:
-                self._starts_s[row] = self._time_s + motion.start_s
+        trigger, waits = motion.trigger, math.isinf(self._starts_s[row])
+        if trigger is not None and drone_m is not None and waits:
+            near = math.dist(trigger.center_m, drone_m) <= trigger.radius_m
+            self._starts_s[row] = self._time_s + motion.start_s if near else math.inf
         return self._starts_s[row]
 
     def signed_m(self, x_m: float, y_m: float) -> Array:

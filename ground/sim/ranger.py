@@ -22,7 +22,9 @@ MAX_RANGE_M: Final = 4.0
 BEAMS: Final = ("front", "back", "left", "right", "up")
 SENSOR_OFFSET_M: Final = 0.016
 """Of each sensor from the body's centre line, along its beam."""
-DECK_HEIGHT_M: Final = 0.03
+DECK_HEIGHT_M: Final = 0.04
+BELLY_HEIGHT_M: Final = 0.015
+"""Of the ranger that looks down, above the floor when standing."""
 SKEW_S: Final = (-0.004, -0.002, 0.002, 0.004, 0.0)
 """The driver reads front, back, up, left, right, one after the other."""
 NOISE_RELATIVE: Final = (0.01, 0.02)
@@ -30,9 +32,12 @@ NOISE_MIN_M: Final = 0.003
 DROPOUT: Final = 0.005
 FALSE_SHORT: Final = 0.003
 
-_RINGS: Final = ((0.0, 1), (6.0, 6), (12.0, 8))
-_SENSITIVITY_DEG: Final = 8.0
-_CLUSTER_M: Final = 0.25
+_FIELD_DEG: Final = (-8.5, -3.0, 3.0, 8.5)
+"""27 degrees is the diagonal of the square field, whose sides are 19 degrees."""
+_DOWN_DEG: Final = (-6.0, 0.0, 6.0)
+_SENSITIVITY_DEG: Final = 9.0
+_CLUSTER_M: Final = 0.4
+"""Returns this little apart merge into one."""
 _STRONG_PART: Final = 0.2
 _FULL_SIGNAL: Final = 0.88 / MAX_RANGE_M**2
 _STEEPNESS: Final = 6.0
@@ -49,20 +54,16 @@ class Cone:
     """What a flat wall square to the axis seems farther than it is; calibrated away."""
 
 
-def make_cone(rings: tuple[tuple[float, int], ...] = _RINGS) -> Cone:
-    """Rays on rings of (angle from the axis in degrees, count)."""
-    directions, weights = [], []
-    for off_deg, count in rings:
-        off = math.radians(off_deg)
-        for i in range(count):
-            turn = math.tau * (i + 0.5) / count
-            directions.append(
-                (math.cos(off), math.sin(off) * math.cos(turn), math.sin(off) * math.sin(turn))
-            )
-            weights.append(math.exp(-0.5 * (off_deg / _SENSITIVITY_DEG) ** 2))
-    rays, weight = np.array(directions), np.array(weights) / sum(weights)
-    echo = weight * rays[:, 0] ** 3
-    return Cone(rays, weight, float(np.sum(echo / rays[:, 0]) / np.sum(echo)))
+def make_cone(offsets_deg: tuple[float, ...] = _FIELD_DEG) -> Cone:
+    """Rays on a square field of view, these angles up and these across."""
+    tangents = [math.tan(math.radians(off)) for off in offsets_deg]
+    rays = np.array([(1.0, across, up) for up in tangents for across in tangents])
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    off_axis = np.arccos(rays[:, 0]) / math.radians(_SENSITIVITY_DEG)
+    weight = np.exp(-0.5 * off_axis**2)
+    weight /= weight.sum()
+    returned = weight * rays[:, 0] ** 3
+    return Cone(rays, weight, float(np.sum(returned / rays[:, 0]) / np.sum(returned)))
 
 
 def echo(distance_m: Array, strength: Array) -> tuple[Array, Array]:
@@ -151,11 +152,11 @@ class MultiRanger:
 
 
 class HeightRanger:
-    """The ranger of the flow deck, looking down; a thin cone of five rays."""
+    """The ranger of the flow deck, looking down; with fewer rays."""
 
     def __init__(self, world: World, rng: np.random.Generator) -> None:
         self._world, self._rng = world, rng
-        self._cone = make_cone(((0.0, 1), (9.0, 4)))
+        self._cone = make_cone(_DOWN_DEG)
         self._body_rays = _about((0.0, 0.0, -1.0), self._cone.directions)
 
     def measure_m(self, body: Vehicle) -> float | None:
@@ -165,7 +166,7 @@ class HeightRanger:
         seen = self._world.cast(origin, self._body_rays @ turn.T, MAX_RANGE_M + 0.5)
         strength = self._cone.weights * seen.cos_incidence / np.maximum(seen.distance_m, 0.01) ** 2
         range_m, _ = echo(seen.distance_m[None, :], strength[None, :])
-        below_m = float(range_m[0]) / self._cone.stretch - DECK_HEIGHT_M + SENSOR_OFFSET_M
+        below_m = float(range_m[0]) / self._cone.stretch - DECK_HEIGHT_M + BELLY_HEIGHT_M
         if not below_m < MAX_RANGE_M:
             return None
         noise_m = 0.002 + 0.004 * below_m

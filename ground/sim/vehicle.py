@@ -37,6 +37,7 @@ SUBSTEPS: Final = 2
 FLIP_TILT_RAD: Final = math.radians(60.0)
 BOUNCE: Final = 0.2
 FLOOR_GRIP: Final = 0.8
+REST_MPS: Final = 0.05
 _FLIP_STIFFNESS: Final = 60.0
 _FLIP_DAMPING: Final = 10.0
 
@@ -73,6 +74,8 @@ class Vehicle:
         for _ in range(SUBSTEPS):
             self.force_n += (wanted_n - self.force_n) * step_s / THRUST_LAG_S
             self._turn(command, yaw_target_rad, step_s)
+            if self._rests():
+                continue
             self._move(gusts, step_s)
             if self.z_m <= self.floor_m:
                 self._meet_floor()
@@ -85,6 +88,15 @@ class Vehicle:
     def tumble(self) -> None:
         """Lose control for good: it turns over, falls and lies on its back."""
         self.tumbled = True
+
+    def _rests(self) -> bool:
+        """Too heavy to lift and too slow to slide; then it stands still."""
+        slow = abs(self.vx_mps) + abs(self.vy_mps) + abs(self.vz_mps) < REST_MPS
+        heavy = self.force_n < MASS_KG * GRAVITY_MPS2
+        if not (self.on_floor and self.z_m == self.floor_m and heavy and slow):
+            return False
+        self.vx_mps = self.vy_mps = self.vz_mps = 0.0
+        return True
 
     def _turn(self, command: Command, yaw_target_rad: float, step_s: float) -> None:
         if self.tumbled:

@@ -237,16 +237,19 @@ def _finish(table: _Table, center: Point, half: Point, yaw_rad: float, radius_m:
         table.number("reflectivity", WALL_REFLECTIVITY, 0.01, 1.0),
         appears_s,
         vanishes_s,
-        _motion(table) if table.has("motion") else None,
+        _motion(table, center) if table.has("motion") else None,
     )
     table.done()
     return obstacle
 
 
-def _motion(table: _Table) -> Motion:
+def _motion(table: _Table, center: Point) -> Motion:
     motion = table.table("motion")
+    path = motion.points("path")
+    if all(point == center for point in path):
+        raise motion.fail("path", "leads nowhere: every point is the center")
     result = Motion(
-        motion.points("path"),
+        path,
         motion.number("speed_mps", low=0.01, high=10.0),
         motion.time("start_s", 0.0),
         motion.flag("loop", False),

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the tests of the simulated body share: setpoints, short flights, small worlds."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from ground.sim.model import Mode, Setpoint
+from ground.sim.plant import PLANT_STEP_S, Plant
+from ground.sim.world import World, load_world
+
+OFF = Setpoint()
+
+OPEN_FLOOR = """
+[start]
+x_m = 0.0
+y_m = 0.0
+"""
+
+
+def world_from(folder: Path, text: str) -> World:
+    """A world from TOML text."""
+    path = folder / "small.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_world(path)
+
+
+def hover(
+    vx_mps: float = 0.0, vy_mps: float = 0.0, z_m: float = 0.5, yaw_rate_dps: float = 0.0
+) -> Setpoint:
+    return Setpoint(
+        mode_x=Mode.VELOCITY,
+        mode_y=Mode.VELOCITY,
+        mode_z=Mode.ABSOLUTE,
+        mode_yaw=Mode.VELOCITY,
+        velocity_body=True,
+        vx_mps=vx_mps,
+        vy_mps=vy_mps,
+        z_m=z_m,
+        yaw_rate_dps=yaw_rate_dps,
+    )
+
+
+def steps(plant: Plant, setpoint: Setpoint, seconds: float, armed: bool = True) -> Iterator[Plant]:
+    """Step by step, for tests that look at every one."""
+    for _ in range(round(seconds / PLANT_STEP_S)):
+        plant.step(setpoint, armed)
+        yield plant
+
+
+def fly(plant: Plant, setpoint: Setpoint, seconds: float, armed: bool = True) -> Plant:
+    for _ in steps(plant, setpoint, seconds, armed):
+        pass
+    return plant
+
+
+def fly_until(
+    plant: Plant, setpoint: Setpoint, done: Callable[[Plant], bool], limit_s: float
+) -> Plant:
+    """Fly until something is true of the plant; it is an error if it never is."""
+    for now in steps(plant, setpoint, limit_s):
+        if done(now):
+            return plant
+    raise AssertionError(f"not so within {limit_s} s: {plant.truth}")
+
+
+def hovering(world: World, seed: int = 1, profile: str = "perfect", z_m: float = 0.5) -> Plant:
+    """A plant that has taken off and settled."""
+    return fly(Plant(world, seed, profile), hover(z_m=z_m), 6.0)

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests of the simulated body share: setpoints, short flights, small worlds."""
+"""What the tests of the simulated body share: setpoints, short flights, small worlds, still bodies."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
+
 from ground.sim.model import Mode, Setpoint
 from ground.sim.plant import PLANT_STEP_S, Plant
+from ground.sim.vehicle import Vehicle
 from ground.sim.world import World, load_world
 
 OFF = Setpoint()
@@ -66,3 +69,17 @@ def fly_until(
 def hovering(world: World, seed: int = 1, profile: str = "perfect", z_m: float = 0.5) -> Plant:
     """A plant that has taken off and settled."""
     return fly(Plant(world, seed, profile), hover(z_m=z_m), 6.0)
+
+
+def in_the_air(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0) -> Vehicle:
+    """A body that stands still at flight height."""
+    body = Vehicle(x_m, y_m, yaw_rad, np.random.default_rng(0))
+    body.z_m, body.on_floor = 0.5, False
+    return body
+
+
+def wall_at(folder: Path, distance_m: float, extra: str = "") -> World:
+    """A wide, high wall ahead whose near face is that far from the origin."""
+    x = distance_m + 0.05
+    wall = f"[[wall]]\nfrom = [{x}, -20]\nto = [{x}, 20]\nheight_m = 9\n{extra}\n"
+    return world_from(folder, OPEN_FLOOR + wall)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests of the simulated body share: setpoints, short flights, small worlds, still bodies."""
+"""What the tests of the simulated body share: setpoints, flights, small worlds, bodies."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`wayflie sim`: one simulated Crazyflie behind a UDP port."""
+
+import json
+import signal
+from math import inf
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ground.errors import GroundError
+from ground.sim.process import READY
+from ground.sim.runtime import Options, Simulator
+from ground.sim.server import HOST, Server
+from ground.sim.trouble import TroubleSpec
+from ground.sim.world import load_world
+
+DEFAULT_PORT = 19850
+_EXIT_BAD_INPUT = 2
+
+
+def parse_speed(text: str) -> float:
+    """Read "max" or a positive number."""
+    if text == "max":
+        return inf
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = 0.0
+    if not 0 < speed < inf:
+        raise typer.BadParameter(f"{text!r} is neither 'max' nor a positive number")
+    return speed
+
+
+def sim(
+    world: Annotated[str, typer.Option(help="Name of a world, or a TOML file.")] = "flat",
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="UDP port; 0 takes a free one.")
+    ] = DEFAULT_PORT,
+    speed: Annotated[
+        str, typer.Option(help="Simulated seconds per second, or max.", metavar="N|max")
+    ] = "1",
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same flight.")] = 1,
+    profile: Annotated[str, typer.Option(help="Sensors: real, or perfect.")] = "real",
+    needs_arming: Annotated[
+        bool, typer.Option("--needs-arming", help="As a Brushless; else it arms itself.")
+    ] = False,
+    loss: Annotated[
+        float,
+        typer.Option(min=0.0, max=0.9, help="Datagrams lost, after a client has connected."),
+    ] = 0.0,
+    duplication: Annotated[
+        float, typer.Option(min=0.0, max=0.9, help="Datagrams that come twice.")
+    ] = 0.0,
+    reorder: Annotated[
+        float, typer.Option(min=0.0, max=0.9, help="Datagrams overtaken by the next.")
+    ] = 0.0,
+    eeprom: Annotated[
+        Path | None, typer.Option(help="File for stored parameters; else they are forgotten.")
+    ] = None,
+    trail: Annotated[
+        bool, typer.Option("--trail", help="Write the true poses into the JSON file.")
+    ] = False,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="Where to write the flight's true figures.")
+    ] = None,
+) -> None:
+    """Simulate a Crazyflie that runs Wayflie, until Ctrl-C."""
+    options = Options(
+        seed=seed,
+        profile=profile,
+        speed=parse_speed(speed),
+        needs_arming=needs_arming,
+        trouble=TroubleSpec(loss, duplication, reorder),
+        eeprom_file=eeprom,
+        keep_trail=trail,
+    )
+    try:
+        _run(world, port, options, json_file)
+    except (GroundError, ValueError) as error:
+        typer.echo(f"wayflie sim: {error}", err=True)
+        raise typer.Exit(_EXIT_BAD_INPUT) from error
+
+
+def _run(world: str, port: int, options: Options, json_file: Path | None) -> None:
+    signals: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, frame: signals.append(number))
+    simulator = Simulator(load_world(world), options)
+    for name in simulator.unknown_eeprom_names:
+        typer.echo(f"wayflie sim: EEPROM: no persistent parameter {name}", err=True)
+    with Server(simulator.radio, port) as server:
+        print(f"{READY}udp://{HOST}:{server.port}, world {world}", flush=True)
+        simulator.run(server, lambda: bool(signals))
+    if json_file is not None:
+        json_file.write_text(json.dumps(simulator.status(), indent=2) + "\n")

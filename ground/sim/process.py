@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A simulator in a process of its own, with its own interpreter lock."""
+
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from ground.errors import SimulatorFailed
+
+READY = "Crazyflie at "
+"""What the first line of output begins with, once clients may connect; the URI follows."""
+_STOP_S = 20.0
+
+
+class SimulatorProcess:
+    """Context: the simulator runs and its uri answers. stop() returns its status."""
+
+    def __init__(self, *arguments: str, port: int = 0) -> None:
+        self._arguments = [*arguments, "--port", str(port)]
+        self._folder = tempfile.TemporaryDirectory(prefix="wayflie-sim-")
+        self._json = Path(self._folder.name) / "status.json"
+        self._process: subprocess.Popen[str] | None = None
+        self.uri = ""
+
+    def __enter__(self) -> "SimulatorProcess":
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.kill()
+        self._folder.cleanup()
+
+    def start(self) -> str:
+        """Start it and wait until clients may connect; the uri."""
+        command = [sys.executable, "-m", "ground.sim", *self._arguments, "--json", str(self._json)]
+        process = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,  # Ctrl-C is for whoever flies, who lands first
+        )
+        self._process = process
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        if not line.startswith(READY):
+            _, errors = process.communicate()
+            raise SimulatorFailed(errors.strip() or "the simulator ended at once")
+        self.uri = line.removeprefix(READY).split(",")[0]
+        return self.uri
+
+    def running(self) -> bool:
+        """It has not ended by itself."""
+        return self._process is not None and self._process.poll() is None
+
+    def stop(self) -> dict[str, Any]:
+        """End it and read the true figures of the flight."""
+        if self._process is None:
+            raise SimulatorFailed("the simulator was not started")
+        self._process.send_signal(signal.SIGTERM)
+        _, errors = self._process.communicate(timeout=_STOP_S)
+        if self._process.returncode != 0:
+            raise SimulatorFailed(errors.strip() or "the simulator failed")
+        status: dict[str, Any] = json.loads(self._json.read_text())
+        return status
+
+    def kill(self) -> None:
+        """End it without asking, if it still runs."""
+        if self._process is not None and self._process.poll() is None:
+            self._process.kill()
+            self._process.communicate()

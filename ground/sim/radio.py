@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Clients and their packets, without sockets: addresses and datagrams in, the same out."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from random import Random
+
+from ground.sim.crazyflie import Crazyflie, Session
+from ground.sim.crtp import SCAN_PROBE, BadPacket, Port
+from ground.sim.trouble import Trouble, TroubleSpec
+
+Address = tuple[str, int]
+_SILENCE_S = 1.0
+_HANDSHAKE_PAUSE_S = 0.2
+_HANDSHAKE_PORTS = frozenset((Port.PARAM, Port.LOG, Port.MEMORY))
+
+
+@dataclass(slots=True)
+class Client:
+    """One address that has sent a packet lately; times are the wall's."""
+
+    session: Session
+    up: Trouble
+    down: Trouble
+    heard_s: float
+    asked_s: float
+    settled: bool = False
+
+
+@dataclass(slots=True)
+class Counters:
+    """What happened on the way."""
+
+    received: int = 0
+    sent: int = 0
+    bad: int = 0
+    lost_up: int = 0
+    lost_down: int = 0
+    unsent: int = 0
+    clients: int = 0
+    errors: dict[str, int] = field(default_factory=dict)
+
+
+class Radio:
+    """The drone's end of the link. Trouble begins for a client when its handshake is over."""
+
+    def __init__(self, crazyflie: Crazyflie, trouble: TroubleSpec, seed: int) -> None:
+        self.counters = Counters()
+        self._crazyflie = crazyflie
+        self._spec = trouble
+        self._random = Random(seed)
+        self._clients: dict[Address, Client] = {}
+        self._outgoing: list[tuple[Address, bytes]] = []
+
+    def connected(self) -> bool:
+        """Somebody is there."""
+        return bool(self._clients)
+
+    def handshaking(self, now_s: float) -> bool:
+        """Some client is still reading tables or parameters."""
+        return any(
+            not client.settled and now_s - client.asked_s < _HANDSHAKE_PAUSE_S
+            for client in self._clients.values()
+        )
+
+    def receive(self, address: Address, datagram: bytes, now_s: float) -> None:
+        """Take a datagram from an address."""
+        self.counters.received += 1
+        if datagram == SCAN_PROBE:
+            self._scanned(address, now_s)
+            return
+        if not datagram:
+            self._refuse("empty datagram")
+            return
+        client = self._clients.get(address) or self._welcome(address, now_s)
+        client.heard_s = now_s
+        if not client.settled:
+            self._receive_in_handshake(address, client, datagram, now_s)
+            return
+        lost_before = client.up.lost
+        for arrived in client.up.carry(datagram):
+            self._answer(address, client, arrived)
+        self.counters.lost_up += client.up.lost - lost_before
+
+    def tick(self, now_ms: int) -> None:
+        """Send what the drone has to say by this firmware time."""
+        for packet, origin in self._crazyflie.news():
+            for address, client in self._clients.items():
+                if client.session is not origin:
+                    self._send(address, client, packet)
+        for address, client in self._clients.items():
+            for packet in client.session.logs.samples(now_ms):
+                self._send(address, client, packet)
+
+    def expire(self, now_s: float) -> None:
+        """Forget clients that are silent, with their log blocks."""
+        for address, client in list(self._clients.items()):
+            if now_s - client.heard_s > _SILENCE_S:
+                del self._clients[address]
+
+    def outgoing(self) -> Iterator[tuple[Address, bytes]]:
+        """Datagrams to send since the last call, in order."""
+        waiting, self._outgoing = self._outgoing, []
+        self.counters.sent += len(waiting)
+        return iter(waiting)
+
+    def _scanned(self, address: Address, now_s: float) -> None:
+        client = self._clients.get(address)
+        if client is not None:
+            client.heard_s = now_s
+        self._outgoing.append((address, SCAN_PROBE))
+
+    def _welcome(self, address: Address, now_s: float) -> Client:
+        up, down = (Trouble(self._spec, self._random) for _ in range(2))
+        client = Client(self._crazyflie.open_session(), up, down, now_s, now_s)
+        self._clients[address] = client
+        self.counters.clients += 1
+        return client
+
+    def _receive_in_handshake(
+        self, address: Address, client: Client, datagram: bytes, now_s: float
+    ) -> None:
+        if datagram[0] >> 4 in _HANDSHAKE_PORTS:
+            client.asked_s = now_s
+        self._answer(address, client, datagram)
+        client.settled = self._crazyflie.settled(client.session)
+
+    def _answer(self, address: Address, client: Client, datagram: bytes) -> None:
+        try:
+            answer = self._crazyflie.answer(client.session, datagram)
+        except BadPacket as problem:
+            self._refuse(str(problem))
+            return
+        if answer is not None:
+            self._send(address, client, answer)
+
+    def _refuse(self, reason: str) -> None:
+        self.counters.bad += 1
+        self.counters.errors[reason] = self.counters.errors.get(reason, 0) + 1
+
+    def _send(self, address: Address, client: Client, packet: bytes) -> None:
+        if not client.settled:
+            self._outgoing.append((address, packet))
+            return
+        lost_before = client.down.lost
+        self._outgoing.extend((address, arrived) for arrived in client.down.carry(packet))
+        self.counters.lost_down += client.down.lost - lost_before

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The simulator: plant, firmware and radio, stepped together by one loop."""
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ground.sim.crazyflie import Crazyflie
+from ground.sim.eeprom import Eeprom
+from ground.sim.firmware import Firmware
+from ground.sim.flightstack import FlightStack
+from ground.sim.pace import Pace
+from ground.sim.params import Params
+from ground.sim.plant import PLANT_STEP_S, Plant
+from ground.sim.radio import Address, Radio
+from ground.sim.report import Logbook, traffic
+from ground.sim.server import Server
+from ground.sim.trouble import TroubleSpec
+from ground.sim.world import World
+
+_STEP_MS = round(PLANT_STEP_S * 1000)
+_INITIAL_POSE = ("initialX", "initialY", "initialZ", "initialYaw")
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """How to simulate."""
+
+    seed: int = 1
+    profile: str = "real"
+    speed: float = 1.0
+    needs_arming: bool = False
+    trouble: TroubleSpec = field(default_factory=TroubleSpec)
+    eeprom_file: Path | None = None
+    keep_trail: bool = False
+
+
+class Simulator:
+    """One Crazyflie in one world. A process can hold one, since it loads one firmware.
+
+    step() and deliver() alone are deterministic: the same packets at the same simulated times give
+    the same flight and the same answers. run() adds the socket and the wall clock.
+    """
+
+    def __init__(self, world: World, options: Options) -> None:
+        self._options = options
+        self._firmware = Firmware()
+        self._plant = Plant(world, options.seed, options.profile)
+        self._params = Params(self._firmware, Eeprom(world.spec.eeprom, options.eeprom_file))
+        auto_arm = not options.needs_arming
+        self._stack = FlightStack(self._firmware, auto_arm)
+        self._crazyflie = Crazyflie(
+            self._firmware, self._stack, self._params, self._plant.readings, auto_arm
+        )
+        self.radio = Radio(self._crazyflie, options.trouble, options.seed)
+        self._logbook = Logbook(self._plant, options.keep_trail)
+        self._stop_id = self._params.find("stabilizer.stop")
+        self._reset_id = self._params.find("kalman.resetEstimation")
+        self._wall_s = 0.0
+        self._hurried_sim_s = self._hurried_wall_s = 0.0
+        self._firmware.set_sensors(self._plant.readings)
+        self.unknown_eeprom_names = self._params.restore()
+        self._firmware.boot()
+
+    @property
+    def time_s(self) -> float:
+        """Simulated time."""
+        return self._plant.time_s
+
+    def deliver(self, address: Address, datagram: bytes) -> None:
+        """Let a datagram arrive now, in simulated time."""
+        self.radio.receive(address, datagram, self.time_s)
+
+    def outgoing(self) -> Iterable[tuple[Address, bytes]]:
+        """What the drone has sent since the last call."""
+        return self.radio.outgoing()
+
+    def step(self) -> None:
+        """Let PLANT_STEP_S of simulated time pass."""
+        setpoint, may_run = self._stack.step(self._plant.readings, self._is_set(self._stop_id))
+        self._plant.step(setpoint, may_run)
+        self._plant.readings.supervisor_info = self._stack.info
+        self._reset_estimator_if_asked()
+        self._firmware.set_sensors(self._plant.readings)
+        self._firmware.set_connected(self.radio.connected())
+        self._firmware.run(_STEP_MS)
+        self.radio.tick(self._firmware.now_ms())
+        self._logbook.note()
+
+    def run(self, server: Server, stopped: Callable[[], bool]) -> None:
+        """Serve clients until stopped() says so; it is asked every step."""
+        begin_s = time.monotonic()
+        pace = Pace(self._options.speed, PLANT_STEP_S, begin_s)
+        before_s = begin_s
+        while not stopped():
+            hurry = self.radio.connected() and not self.radio.handshaking(before_s)
+            server.serve_until(pace.next_due_s(hurry, before_s))
+            self.step()
+            sent = server.flush()
+            now_s = time.monotonic()
+            if pace.unlimited:
+                pace.sent(sent, now_s)
+            if hurry:
+                self._hurried_sim_s += PLANT_STEP_S
+                self._hurried_wall_s += now_s - before_s
+            self.radio.expire(now_s)
+            before_s = now_s
+        self._wall_s += time.monotonic() - begin_s
+
+    def status(self) -> dict[str, object]:
+        """All figures: truth, traffic, speed. realtime_factor counts the time with a client."""
+        factor = self._hurried_sim_s / self._hurried_wall_s if self._hurried_wall_s else 0.0
+        return {
+            **self._logbook.summary(),
+            **traffic(self.radio.counters, self._crazyflie.app_packets_lost),
+            "wall_s": round(self._wall_s, 3),
+            "served_sim_s": round(self._hurried_sim_s, 3),
+            "served_wall_s": round(self._hurried_wall_s, 3),
+            "realtime_factor": round(factor, 2),
+            "app_alive": self._firmware.alive(),
+            "supervisor_info": self._stack.info,
+        }
+
+    def _is_set(self, identity: int | None) -> bool:
+        return identity is not None and any(self._firmware.param_read(identity))
+
+    def _reset_estimator_if_asked(self) -> None:
+        if self._reset_id is None or not self._is_set(self._reset_id):
+            return
+        self._params.set_value(self._reset_id, 0)
+        x_m, y_m, z_m, yaw_rad = (self._value(f"kalman.{name}") for name in _INITIAL_POSE)
+        self._plant.reset_estimator(x_m, y_m, z_m, yaw_rad)
+
+    def _value(self, name: str) -> float:
+        identity = self._params.find(name)
+        return 0.0 if identity is None else self._params.value(identity)

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The UDP socket in front of the radio."""
+
+import select
+import socket
+import time
+from types import TracebackType
+
+from ground.errors import SimulatorFailed
+from ground.sim.radio import Radio
+
+HOST = "127.0.0.1"
+_RECEIVE_BUFFER_BYTES = 1 << 20
+_MAX_DATAGRAM_BYTES = 2048
+
+
+class Server:
+    """One socket, used by one thread; time is time.monotonic()."""
+
+    def __init__(self, radio: Radio, port: int) -> None:
+        self._radio = radio
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
+        self._socket.setblocking(False)
+        try:
+            self._socket.bind((HOST, port))
+        except OSError as error:
+            self._socket.close()
+            raise SimulatorFailed(f"udp port {port} of {HOST}: {error.strerror}") from error
+
+    def __enter__(self) -> "Server":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._socket.close()
+
+    @property
+    def port(self) -> int:
+        """The port that clients use."""
+        port: int = self._socket.getsockname()[1]
+        return port
+
+    def serve_until(self, due_s: float) -> None:
+        """Answer what comes until that time; at least what is there already."""
+        while True:
+            self._receive_waiting()
+            self.flush()
+            rest_s = due_s - time.monotonic()
+            if rest_s <= 0:
+                return
+            select.select((self._socket,), (), (), rest_s)
+
+    def flush(self) -> int:
+        """Send what waits; the number of datagrams."""
+        count = 0
+        for address, datagram in self._radio.outgoing():
+            count += 1
+            try:
+                self._socket.sendto(datagram, address)
+            except OSError:
+                # The client is gone or the kernel's buffer is full: as lost as over the air.
+                self._radio.counters.unsent += 1
+        return count
+
+    def _receive_waiting(self) -> None:
+        while True:
+            try:
+                datagram, address = self._socket.recvfrom(_MAX_DATAGRAM_BYTES)
+            except BlockingIOError:
+                return
+            except ConnectionError:
+                continue
+            self._radio.receive(address, datagram, time.monotonic())

@@ -48,8 +48,7 @@ bool crtpIsConnected(void) {
 }
 
 int crtpGetFreeTxQueuePackets(void) {
-  const int room = TX_PACKETS - tx_count;
-  return room < tx_free ? room : tx_free;
+  return tx_count < tx_free ? tx_free - tx_count : 0;
 }
 
 int appchannelSendDataPacket(void *data, size_t length) {
@@ -59,7 +58,6 @@ int appchannelSendDataPacket(void *data, size_t length) {
   packet_t *packet = &tx[(tx_first + tx_count++) % TX_PACKETS];
   packet->size = (uint8_t)(length < APPCHANNEL_MTU ? length : APPCHANNEL_MTU);
   memcpy(packet->bytes, data, packet->size);
-  tx_free--;
   return pdTRUE;
 }
 

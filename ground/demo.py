@@ -60,10 +60,9 @@ class _Flight:
 async def run_demo(options: DemoOptions, out: Console) -> bool:
     """Fly it; @return whether every check of the report holds."""
     world = load_world(options.world)
-    goal_m = world.spec.demo_goal_m
-    if goal_m is None:
+    if world.spec.demo_goal_m is None:
         raise GroundError(f"the world {options.world} names no goal in a table [demo]")
-    goal = Point(*world.to_map(*goal_m))
+    goal = Point(*world.spec.demo_goal_m)
     speed = "max" if options.headless else "1"
     begin_s = time.monotonic()
     arguments = ("--world", options.world, "--speed", speed, "--seed", str(options.seed))
@@ -76,7 +75,7 @@ async def run_demo(options: DemoOptions, out: Console) -> bool:
             if not options.headless:
                 await _stay(station, out)
         truth = simulator.stop()
-    figures = _figures(flight, truth, world, goal_m) | {"wall_s": round(wall_s, 2)}
+    figures = _figures(flight, truth, world, goal) | {"wall_s": round(wall_s, 2)}
     checks = _checks(figures, options.headless)
     _print_figures(figures, checks, out)
     if options.json_file:
@@ -126,11 +125,9 @@ async def _stay(station: Station, out: Console) -> None:
             task.uncancel()
 
 
-def _figures(
-    flight: _Flight, truth: dict[str, Any], world: World, goal_m: tuple[float, float]
-) -> dict[str, Any]:
+def _figures(flight: _Flight, truth: dict[str, Any], world: World, goal: Point) -> dict[str, Any]:
     x_m, y_m, *_ = truth["true_pose"]
-    goal_error_m = math.dist((x_m, y_m), goal_m)
+    goal_error_m = math.dist((x_m, y_m), world.to_world(goal.x_m, goal.y_m))
     return {
         "reached": flight.outcome.reached and goal_error_m <= GOAL_ERROR_M,
         "landed": flight.landed,

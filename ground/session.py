@@ -84,9 +84,9 @@ async def fly_when_settled(
 
 
 def explain(outcome: Outcome) -> str:
-    """Why it was not reached, in one line."""
+    """How it ended, in one line."""
     place = outcome.place
-    if place is None:
+    if outcome.reached or place is None:
         return outcome.sentence
     nearest = f"({place.x_m:.2f}, {place.y_m:.2f})"
     return f"{outcome.sentence}; the nearest point that can be reached is {nearest}"

@@ -214,15 +214,16 @@ PARAM_ADD(PARAM_FLOAT, goalX, &goal_x)
  */
 PARAM_ADD(PARAM_FLOAT, goalY, &goal_y)
 /**
- * @brief Flight height above the floor [m]
+ * @brief Flight height above the floor, 0.2 to 2 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, height, &wanted.height, on_change)
 /**
- * @brief Cruise speed [m/s]
+ * @brief Cruise speed, 0.05 to 1 [m/s]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, speed, &wanted.speed, on_change)
 /**
- * @brief Distance of the drone's centre from obstacles, its radius included [m]
+ * @brief Distance of the drone's centre from obstacles, its radius included,
+ * 0.08 to 0.5 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, clearance, &wanted.clearance, on_change)
 /**
@@ -230,7 +231,7 @@ PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, clearance, &wanted.clear
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, yawMode, &wanted.yaw_mode, on_change)
 /**
- * @brief Yaw rate of yawMode 2, counter-clockwise [deg/s]
+ * @brief Yaw rate of yawMode 2, counter-clockwise, -120 to 120 [deg/s]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, yawRate, &wanted.yaw_rate_dps, on_change)
 /**
@@ -242,19 +243,20 @@ PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, planner, &wanted.planner
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, slam, &wanted.slam, on_change)
 /**
- * @brief Smallest x of the area that is explored and never left, in the map [m]
+ * @brief Smallest x of the area that is explored and never left, in the map,
+ * -30 to 30 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaX0, &wanted.area_x0, on_change)
 /**
- * @brief Smallest y of the area [m]
+ * @brief Smallest y of the area, -30 to 30 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaY0, &wanted.area_y0, on_change)
 /**
- * @brief Largest x of the area [m]
+ * @brief Largest x of the area, -30 to 30 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaX1, &wanted.area_x1, on_change)
 /**
- * @brief Largest y of the area [m]
+ * @brief Largest y of the area, -30 to 30 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaY1, &wanted.area_y1, on_change)
 /**
@@ -262,15 +264,16 @@ PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaY1, &wanted.area_y1,
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, lost, &wanted.lost, on_change)
 /**
- * @brief How long the ground may be silent [s]
+ * @brief How long the ground may be silent, 0.5 to 600 [s]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lostTime, &wanted.lost_time, on_change)
 /**
- * @brief Battery voltage below which it returns home; it lands below lowBat - 0.15 [V]
+ * @brief Battery voltage below which it returns home; it lands below lowBat - 0.15,
+ * 2.8 to 4.2 [V]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lowBat, &wanted.low_battery, on_change)
 /**
- * @brief Side of a grid cell, taken when the next map is made [m]
+ * @brief Side of a grid cell, taken when the next map is made, 0.02 to 0.5 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, cell, &wanted.cell, on_change)
 PARAM_GROUP_STOP(way)

@@ -53,7 +53,7 @@ test: setup ## Run the tests (two processes, under ten minutes)
 
 .PHONY: test-cfclient
 test-cfclient: setup $(CFCLIENT)/.installed ## Drive the real cfclient against the simulated Crazyflie
-	QT_QPA_PLATFORM=offscreen $(CFCLIENT)/bin/python -m pytest tests/cfclient
+	QT_QPA_PLATFORM=offscreen $(CFCLIENT)/bin/python -m pytest --confcutdir tests/cfclient tests/cfclient
 
 $(CFCLIENT)/.installed: pyproject.toml
 	tests/tools/debian_packages.sh cfclient

@@ -73,23 +73,28 @@ static int first_bit(const uint32_t bits[GRID_BIT_WORDS]) {
   return -1;
 }
 
+/** Cells of row iy that were never observed; outside the grid there is nothing to observe. */
+static void unknown_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]) {
+  bool inside = iy >= 0 && iy < GRID_SIDE_CELLS;
+  grid_known_row(grid, iy, bits);
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    bits[i] = inside ? ~bits[i] : 0u;
+  }
+}
+
 /** Column of the first of these cells of a row that has an unknown neighbour, -1 if none has. */
 static int first_frontier(const grid_t *grid, int iy, const uint32_t cells[GRID_BIT_WORDS]) {
-  uint32_t row[GRID_BIT_WORDS];
-  uint32_t beside[GRID_BIT_WORDS];
-  grid_known_row(grid, iy + 1, beside);
-  grid_known_row(grid, iy - 1, row);
+  uint32_t above[GRID_BIT_WORDS];
+  uint32_t here[GRID_BIT_WORDS];
+  uint32_t below[GRID_BIT_WORDS];
+  uint32_t frontier[GRID_BIT_WORDS];
+  unknown_row(grid, iy + 1, above);
+  unknown_row(grid, iy, here);
+  unknown_row(grid, iy - 1, below);
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    beside[i] = ~(beside[i] & row[i]);
+    frontier[i] = (above[i] | below[i] | sideways(here, i)) & cells[i];
   }
-  grid_known_row(grid, iy, row);
-  for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    row[i] = ~row[i];
-  }
-  for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    beside[i] = (beside[i] | sideways(row, i)) & cells[i];
-  }
-  return first_bit(beside);
+  return first_bit(frontier);
 }
 
 /** Among the freshly reached cells of a row, one that the search is for; its column, or -1. */

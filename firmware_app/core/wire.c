@@ -134,7 +134,7 @@ static int length_of(const uint8_t *packet, int length) {
   case WIRE_ACK:
     return HEADER_BYTES + 4;
   case WIRE_PATH:
-    return HEADER_BYTES + 4 + (length > 5 && packet[5] <= WIRE_PATH_POINTS ? 4 * packet[5] : 0);
+    return HEADER_BYTES + 4 + (length > 5 ? 4 * packet[5] : 0);
   case WIRE_EVENT:
     return HEADER_BYTES + 16;
   case WIRE_HEARTBEAT:
@@ -151,7 +151,7 @@ static void get_path(const uint8_t *p, wire_path_t *path) {
   path->first = p[1];
   path->total = p[2];
   path->count = p[3];
-  for (int i = 0; i < path->count && i < WIRE_PATH_POINTS; i++) {
+  for (int i = 0; i < path->count; i++) {
     path->points_m[i] = (vec2_t){get_mm(p + 4 + 4 * i), get_mm(p + 6 + 4 * i)};
   }
 }
@@ -159,6 +159,9 @@ static void get_path(const uint8_t *p, wire_path_t *path) {
 wire_status_t wire_decode(const uint8_t *packet, int length, wire_message_t *message) {
   if (length < HEADER_BYTES) {
     return WIRE_SHORT;
+  }
+  if (length > WIRE_PACKET_BYTES) {
+    return WIRE_LONG;
   }
   if (packet[0] != WIRE_VERSION) {
     return WIRE_BAD_VERSION;

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The map stream: changed tiles first, and everything comes again."""
+
+from typing import Any
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ground.core import ffi, lib
+from tests.core.maps import OCCUPIED, SIDE, fill, new_grid, values, vec2
+
+TILE: int = lib.GRID_TILE_SIDE_CELLS
+PER_ROW: int = lib.GRID_TILES_PER_ROW
+TILES: int = lib.GRID_TILES
+
+
+class Stream:
+    """A map stream over one grid, read piece by piece."""
+
+    def __init__(self, grid: Any) -> None:  # noqa: ANN401 - a C struct
+        self.grid = grid
+        self.stream = ffi.new("mapstream_t *")
+        lib.mapstream_init(self.stream)
+
+    def next(self, epoch: int = 0) -> Any:  # noqa: ANN401 - a C struct
+        packet = ffi.new("uint8_t[]", lib.WIRE_MAP_BYTES)
+        piece = ffi.new("wire_map_piece_t *")
+        lib.mapstream_next(self.stream, self.grid, epoch, packet)
+        assert lib.wire_map_decode(packet, piece)
+        return piece
+
+
+def settle(grid: Any) -> None:
+    """Forget that anything changed."""
+    ffi.memmove(grid.changed_tiles, bytes(TILES // 8), TILES // 8)
+
+
+def states(grid: Any) -> np.ndarray[Any, Any]:
+    cell = values(grid)
+    return np.where(cell == 0, 0, np.where(cell < lib.GRID_OCCUPIED_MIN, 1, 2))
+
+
+def drawn(pieces: list[Any]) -> np.ndarray[Any, Any]:
+    """The map that a listener has after these pieces."""
+    picture = np.zeros((SIDE, SIDE), dtype=int)
+    for piece in pieces:
+        y, x = piece.tile // PER_ROW * TILE, piece.tile % PER_ROW * TILE
+        picture[y : y + TILE, x : x + TILE] = np.reshape(list(piece.states), (TILE, TILE))
+    return picture
+
+
+def test_without_changes_every_tile_comes_in_turn() -> None:
+    stream = Stream(new_grid())
+    tiles = [stream.next().tile for _ in range(2 * TILES)]
+    assert sorted(tiles[:TILES]) == list(range(TILES))
+    assert tiles[TILES:] == tiles[:TILES]
+
+
+@given(st.sets(st.integers(0, TILES - 1), min_size=1, max_size=60), st.integers(0, 300))
+def test_changed_tiles_come_first(changed: set[int], before: int) -> None:
+    grid = new_grid()
+    stream = Stream(grid)
+    for _ in range(before):
+        stream.next()
+    for tile in changed:
+        ix, iy = tile % PER_ROW * TILE + 3, tile // PER_ROW * TILE + 5
+        lib.grid_set_value(grid, ix, iy, OCCUPIED)
+    needed = len(changed) * 4 // 3 + 2
+    assert changed <= {stream.next().tile for _ in range(needed)}
+    assert not any(grid.changed_tiles)
+
+
+def test_every_tile_comes_within_a_bound_although_others_change_all_the_time() -> None:
+    grid = new_grid()
+    stream = Stream(grid)
+    seen = set()
+    for i in range(4 * TILES):
+        for ix in (3, 40, 90):
+            lib.grid_set_value(grid, ix, 9, 3 if i % 2 else OCCUPIED)
+        seen.add(stream.next().tile)
+    assert seen == set(range(TILES))
+
+
+@given(st.lists(st.tuples(*[st.integers(0, SIDE - 1)] * 2, st.integers(0, 15)), max_size=80))
+def test_a_listener_draws_the_same_map(settings: list[tuple[int, int, int]]) -> None:
+    grid = new_grid()
+    for ix, iy, value in settings:
+        lib.grid_set_value(grid, ix, iy, value)
+    stream = Stream(grid)
+    pieces = [stream.next() for _ in range(len(settings) * 4 // 3 + 2)]
+    assert (drawn(pieces) == states(grid)).all()
+
+
+def test_whatever_was_lost_comes_again() -> None:
+    grid = new_grid()
+    lib.grid_set_value(grid, 100, 100, OCCUPIED)
+    stream = Stream(grid)
+    for _ in range(17):
+        stream.next()  # lost on the way
+    pieces = [stream.next() for _ in range(4 * TILES)]
+    assert (drawn(pieces) == states(grid)).all()
+
+
+def test_the_points_of_a_crowded_tile_come_in_turns() -> None:
+    grid = new_grid()
+    fill(grid, 3)
+    crowd = {(16 + i, 24 + i % 3) for i in range(TILE)}
+    for ix, iy in crowd:
+        lib.grid_set_value(grid, ix, iy, OCCUPIED)
+        at = lib.grid_to_metres(grid, vec2(ix + 0.3, iy + 0.8))
+        lib.grid_points_add(grid, ffi.new("grid_cell_t *", (ix, iy))[0], at)
+    stream = Stream(grid)
+    seen = set()
+    for _ in range(40):
+        grid.changed_tiles[0] = 0
+        lib.grid_set_value(grid, 17, 31, OCCUPIED if stream.stream.turn % 2 else 3)
+        piece = stream.next()
+        if piece.tile == 24 // TILE * PER_ROW + 16 // TILE:
+            for i in range(piece.point_count):
+                cell, eighths = piece.point_cell[i], piece.point_eighths[i]
+                seen.add((16 + cell % TILE, 24 + cell // TILE))
+                assert (eighths & 7, eighths >> 3) == (2, 6)
+    assert crowd <= seen
+
+
+def test_the_epoch_is_carried() -> None:
+    stream = Stream(new_grid())
+    assert [stream.next(epoch).epoch for epoch in range(4)] == [0, 1, 2, 3]
+
+
+def test_reading_the_stream_changes_no_cell() -> None:
+    grid = new_grid()
+    for i in range(SIDE):
+        lib.grid_set_value(grid, i, i * 7 % SIDE, i % 16)
+    before = values(grid).copy()
+    known = grid.known
+    stream = Stream(grid)
+    for _ in range(600):
+        stream.next()
+    assert (values(grid) == before).all()
+    assert grid.known == known

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Packets and map pieces: what is encoded is decoded, and nothing else is."""
+
+import struct
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ground.core import ffi, lib
+
+u8 = st.integers(0, 255)
+u16 = st.integers(0, 2**16 - 1)
+u32 = st.integers(0, 2**32 - 1)
+floats = st.floats(width=32, allow_nan=False)
+vectors = st.fixed_dictionaries({"x": floats, "y": floats})
+millimetres = st.integers(-32767, 32767).map(lambda mm: mm / 1000)
+way_points = st.fixed_dictionaries({"x": millimetres, "y": millimetres})
+
+
+def of(**fields: st.SearchStrategy[Any]) -> st.SearchStrategy[dict[str, Any]]:
+    return st.fixed_dictionaries(fields)
+
+
+def path(points: list[dict[str, float]]) -> st.SearchStrategy[dict[str, Any]]:
+    return of(revision=u8, first=u8, total=u8, count=st.just(len(points)), points_m=st.just(points))
+
+
+paths = st.lists(way_points, max_size=lib.WIRE_PATH_POINTS).flatmap(path)
+BODIES = {
+    lib.WIRE_HELLO: (
+        "hello",
+        of(request=u8, capabilities=u8, epoch=u8, cell_mm=u16, side_cells=u16, origin_m=vectors),
+    ),
+    lib.WIRE_COMMAND: ("command", of(sequence=u16, cmd=u8, goal_m=vectors)),
+    lib.WIRE_ACK: ("ack", of(sequence=u16, cmd=u8, reason=u8)),
+    lib.WIRE_PATH: ("path", paths),
+    lib.WIRE_EVENT: (
+        "event",
+        of(sequence=u16, time_ms=u32, code=u8, argument=u8, place_m=vectors),
+    ),
+    lib.WIRE_HEARTBEAT: ("heartbeat", of(sequence=u16, time_ms=u32, state=u8)),
+}
+kinds = st.sampled_from(sorted(BODIES))
+messages = kinds.flatmap(lambda kind: st.tuples(st.just(kind), BODIES[kind][1]))
+TYPES = {*BODIES, lib.WIRE_SNAPSHOT}
+
+
+def plain(value: Any) -> Any:
+    """A C value as dictionaries, lists and numbers."""
+    kind = ffi.typeof(value) if isinstance(value, ffi.CData) else None
+    if kind is None:
+        return value
+    if kind.kind == "array":
+        return [plain(item) for item in value]
+    return {name: plain(getattr(value, name)) for name, _ in kind.fields}
+
+
+def make(kind: int, fields: dict[str, Any]) -> Any:
+    return ffi.new("wire_message_t *", {"type": kind, "body": {BODIES[kind][0]: fields}})
+
+
+def encode(message: Any) -> bytes:
+    packet = ffi.new("uint8_t[]", lib.WIRE_PACKET_BYTES)
+    return bytes(ffi.buffer(packet, lib.wire_encode(message, packet)))
+
+
+def decode(packet: bytes) -> tuple[int, Any]:
+    message = ffi.new("wire_message_t *")
+    return lib.wire_decode(packet, len(packet), message), message
+
+
+@given(messages)
+def test_every_packet_comes_back(sent: tuple[int, dict[str, Any]]) -> None:
+    kind, fields = sent
+    packet = encode(make(kind, fields))
+    assert 2 < len(packet) <= lib.WIRE_PACKET_BYTES
+    assert packet[:2] == bytes([lib.WIRE_VERSION, kind])
+    status, message = decode(packet)
+    assert status == lib.WIRE_OK
+    assert message.type == kind
+    got = plain(getattr(message.body, BODIES[kind][0]))
+    if kind == lib.WIRE_PATH:
+        for point, wanted in zip(got.pop("points_m"), fields["points_m"], strict=False):
+            assert point == pytest.approx(wanted, abs=1e-5)
+    assert all(got[name] == fields[name] for name in got)
+
+
+def test_the_bytes_of_a_command() -> None:
+    message = make(lib.WIRE_COMMAND, {"sequence": 0x1234, "cmd": 2, "goal_m": {"x": 1.5, "y": -2}})
+    assert encode(message) == bytes([1, 2]) + struct.pack("<HBff", 0x1234, 2, 1.5, -2.0)
+
+
+def test_a_snapshot_is_two_bytes() -> None:
+    packet = encode(ffi.new("wire_message_t *", {"type": lib.WIRE_SNAPSHOT}))
+    assert packet == bytes([lib.WIRE_VERSION, lib.WIRE_SNAPSHOT])
+    assert decode(packet)[0] == lib.WIRE_OK
+
+
+@given(u8)
+def test_a_message_of_no_type_is_not_encoded(kind: int) -> None:
+    packet = encode(ffi.new("wire_message_t *", {"type": kind}))
+    assert bool(packet) == (kind in TYPES)
+
+
+@given(messages, st.integers(0, 60))
+def test_another_length_is_refused(sent: tuple[int, dict[str, Any]], size: int) -> None:
+    packet = encode(make(*sent))
+    other = packet[:size].ljust(size, b"\0")
+    status, message = decode(other)
+    if size == len(packet):
+        assert status == lib.WIRE_OK
+        return
+    if sent[0] == lib.WIRE_PATH and size < 6:
+        assert status != lib.WIRE_OK
+        return
+    assert status == (lib.WIRE_SHORT if size < len(packet) else lib.WIRE_LONG)
+    assert message.type == 0
+
+
+@given(st.binary(max_size=64))
+def test_garbage_is_either_refused_or_a_packet(packet: bytes) -> None:
+    status, message = decode(packet)
+    if status == lib.WIRE_OK:
+        assert message.type in TYPES
+        assert message.body.path.count <= lib.WIRE_PATH_POINTS or message.type != lib.WIRE_PATH
+        assert len(encode(message)) == len(packet)
+
+
+@given(st.sampled_from(sorted(TYPES)), u8, st.binary(max_size=30))
+def test_only_this_version_is_understood(kind: int, version: int, rest: bytes) -> None:
+    packet = (bytes([version, kind]) + rest)[: lib.WIRE_PACKET_BYTES]
+    refused = decode(packet)[0] == lib.WIRE_BAD_VERSION
+    assert refused == (version != lib.WIRE_VERSION)
+
+
+@given(u8.filter(lambda kind: kind not in TYPES), st.binary(max_size=28))
+def test_an_unknown_type_is_named(kind: int, rest: bytes) -> None:
+    assert decode(bytes([lib.WIRE_VERSION, kind]) + rest)[0] == lib.WIRE_BAD_TYPE
+
+
+@pytest.mark.parametrize("size", [6, 30, 806])
+def test_a_path_that_claims_too_many_points_is_refused(size: int) -> None:
+    packet = bytes([lib.WIRE_VERSION, lib.WIRE_PATH, 0, 0, 200, 200]).ljust(size, b"\0")
+    assert decode(packet)[0] != lib.WIRE_OK
+
+
+@pytest.mark.parametrize("far_m", [33.0, 1e9, float("inf")])
+def test_way_points_beyond_the_range_stop_at_its_end(far_m: float) -> None:
+    points = [{"x": far_m, "y": -far_m}]
+    fields = {"revision": 1, "first": 0, "total": 1, "count": 1, "points_m": points}
+    _, message = decode(encode(make(lib.WIRE_PATH, fields)))
+    assert plain(message.body.path.points_m[0]) == pytest.approx({"x": 32.767, "y": -32.767})
+
+
+def piece_of(points: list[tuple[int, int]]) -> st.SearchStrategy[dict[str, Any]]:
+    return of(
+        tile=u8,
+        epoch=st.integers(0, lib.WIRE_MAP_EPOCHS - 1),
+        states=st.lists(
+            st.integers(0, 2), min_size=lib.WIRE_MAP_CELLS, max_size=lib.WIRE_MAP_CELLS
+        ),
+        point_count=st.just(len(points)),
+        point_cell=st.just([cell for cell, _ in points]),
+        point_eighths=st.just([eighths for _, eighths in points]),
+    )
+
+
+six_bits = st.integers(0, 63)
+pieces = st.lists(st.tuples(six_bits, six_bits), max_size=lib.WIRE_MAP_POINTS).flatmap(piece_of)
+
+
+def encode_piece(fields: dict[str, Any]) -> bytes:
+    packet = ffi.new("uint8_t[]", lib.WIRE_MAP_BYTES)
+    lib.wire_map_encode(ffi.new("wire_map_piece_t *", fields), packet)
+    return bytes(ffi.buffer(packet))
+
+
+@given(pieces)
+def test_every_map_piece_comes_back(fields: dict[str, Any]) -> None:
+    got = ffi.new("wire_map_piece_t *")
+    assert lib.wire_map_decode(encode_piece(fields), got)
+    assert plain(got[0]) == plain(ffi.new("wire_map_piece_t *", fields)[0])
+
+
+@given(pieces, st.integers(0, lib.WIRE_MAP_BYTES * 8 - 1))
+def test_a_flipped_bit_in_a_map_piece_is_never_taken_for_the_same_piece(
+    fields: dict[str, Any], bit: int
+) -> None:
+    packet = bytearray(encode_piece(fields))
+    packet[bit // 8] ^= 1 << bit % 8
+    got = ffi.new("wire_map_piece_t *")
+    if lib.wire_map_decode(bytes(packet), got):
+        assert plain(got[0]) != plain(ffi.new("wire_map_piece_t *", fields)[0])
+
+
+def test_two_halves_of_different_pieces_are_mostly_noticed() -> None:
+    def piece(tile: int) -> bytes:
+        return encode_piece({"tile": tile, "states": [(tile >> k % 4) % 3 for k in range(64)]})
+
+    mixed = [piece(a)[:24] + piece(b)[24:] for a in range(16) for b in range(16) if a != b]
+    got = ffi.new("wire_map_piece_t *")
+    taken = sum(lib.wire_map_decode(packet, got) for packet in mixed)
+    assert taken < len(mixed) / 16
+
+
+@given(st.binary(min_size=lib.WIRE_MAP_BYTES, max_size=lib.WIRE_MAP_BYTES))
+def test_a_piece_that_is_taken_is_possible(packet: bytes) -> None:
+    got = ffi.new("wire_map_piece_t *")
+    if lib.wire_map_decode(packet, got):
+        assert max(got.states) <= lib.GRID_CELL_OCCUPIED
+        assert got.point_count <= lib.WIRE_MAP_POINTS
+        assert got.epoch < lib.WIRE_MAP_EPOCHS

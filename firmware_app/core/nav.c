@@ -13,6 +13,12 @@ static const float JUMP_M = 0.5f; ///< in one tick: no drone does that, an estim
 static const float MAPPING_HEIGHT_M = 0.2f; ///< lower, the beams see the floor
 static const float ODOMETRY_MAX_M = 1000.0f;
 
+/** The map begins where the drone is. */
+static void start_slam(nav_t *nav, pose2_t odometry) {
+  slam_init(&nav->slam, &nav->cfg.slam_filter, nav->cfg.slam != NAV_SLAM_OFF, odometry,
+            (pose2_t){0.0f, 0.0f, 0.0f});
+}
+
 void nav_init(nav_t *nav, const nav_config_t *cfg) {
   memset(nav, 0, sizeof *nav);
   nav->cfg = *cfg;
@@ -20,7 +26,7 @@ void nav_init(nav_t *nav, const nav_config_t *cfg) {
   scan_init(&nav->scan, &cfg->scan);
   guard_init(&nav->guard);
   mapstream_init(&nav->stream);
-  slam_init(&nav->slam, (pose2_t){0.0f, 0.0f, 0.0f}, (pose2_t){0.0f, 0.0f, 0.0f});
+  start_slam(nav, (pose2_t){0.0f, 0.0f, 0.0f});
   nav_make_map(nav);
 }
 
@@ -74,15 +80,16 @@ static void tie_frames(nav_t *nav, pose2_t odometry_before) {
   vec2_t moved = vec2_sub(pose2_position(odometry), pose2_position(odometry_before));
   bool jumped = vec2_norm(moved) > JUMP_M;
   if (!nav->mapped) {
-    slam_init(&nav->slam, odometry, (pose2_t){0.0f, 0.0f, 0.0f});
+    start_slam(nav, odometry);
   } else if (jumped && mission_airborne(nav->mission.state)) {
     nav_fault(nav, MISSION_ESTIMATOR);
-    slam_init(&nav->slam, odometry, nav->pose);
+    slam_tie(&nav->slam, odometry, nav->pose);
     nav_apply(nav, MISSION_EV_LAND);
   } else if (jumped) {
-    slam_init(&nav->slam, odometry, nav->pose);
+    slam_tie(&nav->slam, odometry, nav->pose);
   }
-  nav->pose = slam_to_map(&nav->slam, odometry);
+  slam_predict(&nav->slam, odometry, nav->tick_s);
+  nav->pose = nav->slam.pose;
 }
 
 static bool may_map(const nav_t *nav) {
@@ -110,12 +117,15 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   bool fresh =
       scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_map(nav);
   if (fresh) {
+    pose2_t map_pose;
     slam_update(&nav->slam, &nav->grid, &frame);
-    grid_insert(&nav->grid, &frame, slam_to_map(&nav->slam, frame.pose));
+    while (slam_take(&nav->slam, &frame, &map_pose)) {
+      grid_insert(&nav->grid, &frame, map_pose);
+    }
     clearance_mark(&nav->clearance, &nav->grid);
   }
   clearance_refresh(&nav->clearance, &nav->grid, CLEARANCE_ROWS_PER_TICK);
-  nav->pose = slam_to_map(&nav->slam, nav->input.odometry.pose);
+  nav->pose = nav->slam.pose;
 
   nav_watch(nav);
   nav_plan_step(nav);

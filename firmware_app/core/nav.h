@@ -49,6 +49,7 @@ typedef struct {
   rrtstar_config_t rrtstar;
   follower_config_t follower;
   guard_config_t guard;
+  slam_config_t slam_filter;
   float height_m;
   float clearance_m; ///< from obstacles, drone radius included
   float cell_m;      ///< taken when the map is made

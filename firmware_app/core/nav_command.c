@@ -19,6 +19,7 @@ nav_config_t nav_config_default(void) {
       .rrtstar = rrtstar_config_default(),
       .follower = follower_config_default(),
       .guard = guard_config_default(),
+      .slam_filter = slam_config_default(),
       .height_m = 0.4f,
       .clearance_m = 0.17f,
       .cell_m = 0.05f,
@@ -33,7 +34,7 @@ nav_config_t nav_config_default(void) {
       .known_half_width_m = 0.10f,
       .seed = 1u,
       .planner = NAV_PLANNER_RRTSTAR,
-      .slam = NAV_SLAM_OFF,
+      .slam = NAV_SLAM_MAP,
       .lost = NAV_LOST_HOME,
   };
 }
@@ -68,6 +69,7 @@ mission_reason_t nav_configure(nav_t *nav, const nav_config_t *cfg) {
   bool new_area = !same_place(cfg->area_min_m, nav->cfg.area_min_m) ||
                   !same_place(cfg->area_max_m, nav->cfg.area_max_m);
   bool new_cell = cfg->cell_m != nav->cfg.cell_m;
+  nav->slam.enabled = cfg->slam != NAV_SLAM_OFF;
   bool new_radius = cfg->clearance_m != nav->cfg.clearance_m;
   nav->cfg = *cfg;
   if (!nav->mapped && (new_area || new_cell)) {

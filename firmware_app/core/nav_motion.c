@@ -106,7 +106,8 @@ bool nav_look_along(nav_t *nav) {
 }
 
 static follower_status_t steer_along(nav_t *nav, follower_command_t *command) {
-  vec2_t velocity_mps = vec2_rotate(nav->input.velocity_mps, nav->slam.map_from_odom.yaw_rad);
+  vec2_t velocity_mps =
+      vec2_rotate(nav->input.velocity_mps, nav->pose.yaw_rad - nav->input.odometry.pose.yaw_rad);
   return follower_step(&nav->follower, &nav->cfg.follower, &nav->route, nav->pose, velocity_mps,
                        nav->allowed_m, command);
 }

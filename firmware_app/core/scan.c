@@ -15,7 +15,7 @@ scan_config_t scan_config_default(void) {
       .max_range_m = 3.0f,       // beyond, ambient light decides
       .no_return_clear_m = 1.2f, // a black wall at 45 degrees still answers from here
       .floor_margin_m = 0.08f,
-      .offset_m = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f},
+      .offset_m = {0.016f, 0.016f, 0.016f, 0.016f, 0.0f}, // the deck's sensors sit on its rim
   };
 }
 

@@ -1,24 +1,75 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file slam.h  Pose correction: where the odometry frame stands in the map. Stage 2, before the
- * grid. Here a pass-through: the map frame is the odometry frame at take-off. */
+/** @file slam.h  Where the drone stands in the map, from odometry and a few beams. Stage 2, before
+ * the grid. A small extended Kalman filter over x, y, yaw, gyro bias and flow scale. Odometry
+ * predicts. Measured sets are gathered over a short motion into a mini-scan; its beam ends are
+ * matched point to line against the grid (local mean and normal of the occupied cells around each
+ * end, in the manner of the normal distributions transform, Biber and Strasser, IROS 2003) by
+ * Gauss-Newton with the prediction as prior (iterated EKF, Bell and Cathey 1993) and Geman-McClure
+ * weights. Only afterwards are the sets handed on to be drawn: a scan never matches itself. Not
+ * here yet: loop closing, relocalisation, wall directions. */
 #ifndef SLAM_H
 #define SLAM_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "geometry.h"
 #include "grid.h"
 #include "scan.h"
 
+enum { SLAM_FRAMES = 8, SLAM_STATES = 5 };
+
 typedef struct {
-  pose2_t map_from_odom; ///< the odometry frame's origin, seen in the map
-  uint8_t confidence;    ///< 0..100 [%]
+  float move_m;       ///< a set joins the mini-scan when the body moved this far since the last one
+  float turn_rad;     ///< or turned this much
+  uint32_t window_ms; ///< a mini-scan is closed at this age
+  float kernel_m;     ///< reach of the local mean around a beam's end
+  float range_sd_m;   ///< of a beam's end against a drawn wall, at no distance
+  float range_sd_per_m; ///< and what each metre adds
+  float robust;         ///< Geman-McClure bound, in standard deviations
+  float information;    ///< share of the match's information that is believed: beams of a set share
+                        ///< their errors
+  float flow_sd_per_m;  ///< random part of odometry, per metre flown
+  float flow_sd_mps;    ///< and per square root of a second
+  float yaw_sd_rps;     ///< per square root of a second
+  float bias_sd_rps;    ///< of the gyro bias at the start
+  float scale_sd;       ///< of the flow scale at the start
+} slam_config_t;
+
+typedef struct {
+  slam_config_t cfg;
+  bool enabled;     ///< else a pass-through: odometry as it is
+  pose2_t pose;     ///< map frame, now
+  pose2_t odometry; ///< odometry frame, now
+  float bias_rps;
+  float scale; ///< odometry reads this share too long
+  float covariance[SLAM_STATES][SLAM_STATES];
+  scan_frame_t frames[SLAM_FRAMES];
+  uint8_t count; ///< frames in the mini-scan
+  uint8_t ready; ///< frames matched, waiting to be drawn; the first `taken` are gone
+  uint8_t taken;
+  uint8_t rejected;     ///< mini-scans in a row that did not fit
+  bool still;           ///< the waiting frame came without motion
+  pose2_t window_start; ///< map frame, at the first frame
+  uint32_t window_ms;
+  uint8_t confidence; ///< 0..100 [%]
 } slam_t;
 
-/** Let the pose pose_odom be map_pose from now on. */
-void slam_init(slam_t *slam, pose2_t pose_odom, pose2_t map_pose);
-/** Correct by one measured set, against the grid as it was before. */
+slam_config_t slam_config_default(void);
+
+/** Let the pose pose_odom be map_pose from now on, and forget what was estimated. */
+void slam_init(slam_t *slam, const slam_config_t *cfg, bool enabled, pose2_t pose_odom,
+               pose2_t map_pose);
+/** The same frames tied anew, bias and scale kept: after a jump of the odometry. */
+void slam_tie(slam_t *slam, pose2_t pose_odom, pose2_t map_pose);
+/** Odometry of this tick. */
+void slam_predict(slam_t *slam, pose2_t pose_odom, float elapsed_s);
+/** Take a measured set; match when the mini-scan is complete. */
 void slam_update(slam_t *slam, const grid_t *grid, const scan_frame_t *frame);
+/** The next set to draw and the pose to draw it at; false if there is none. Take all after every
+ * update. */
+bool slam_take(slam_t *slam, scan_frame_t *frame, pose2_t *map_pose);
+/** A recent pose of the odometry frame in the map. */
 pose2_t slam_to_map(const slam_t *slam, pose2_t pose_odom);
 
 #endif

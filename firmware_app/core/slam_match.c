@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma GCC optimize("fp-contract=off")
+#include "slam_match.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { REACH_CELLS = 5 };
+
+static const uint32_t OCCUPIED_BITS = 0x88888888u;
+static const float WEIGHT_MIN = 2.0f;       ///< lighter neighbourhoods are no wall
+static const float LENGTH_MIN_CELLS = 0.4f; ///< shorter ones have no direction
+
+/** Weighted moments of the occupied cells around a point, relative to it, in cells. */
+typedef struct {
+  float weight;
+  float x, y, xx, yy, xy;
+} moments_t;
+
+static void add_cell(const grid_t *grid, int ix, int iy, vec2_t around_cells, float kernel_cells2,
+                     moments_t *sum) {
+  int value = grid_value(grid, ix, iy);
+  if (value < GRID_OCCUPIED_MIN) {
+    return;
+  }
+  int place = grid_point_eighths(grid, ix, iy);
+  float in_x = place >= 0 ? ((float)(place & 7) + 0.5f) * 0.125f : 0.5f;
+  float in_y = place >= 0 ? ((float)(place >> 3) + 0.5f) * 0.125f : 0.5f;
+  float x = (float)ix + in_x - around_cells.x;
+  float y = (float)iy + in_y - around_cells.y;
+  float near = 1.0f / (1.0f + (x * x + y * y) / kernel_cells2);
+  float w = (float)(value - GRID_OCCUPIED_MIN + 1) * near * near;
+  sum->weight += w;
+  sum->x += w * x;
+  sum->y += w * y;
+  sum->xx += w * x * x;
+  sum->yy += w * y * y;
+  sum->xy += w * x * y;
+}
+
+static moments_t moments_around(const grid_t *grid, vec2_t p_cells, float kernel_cells2) {
+  moments_t sum = {0};
+  int cx = (int)floorf(p_cells.x);
+  int cy = (int)floorf(p_cells.y);
+  for (int iy = cy - REACH_CELLS; iy <= cy + REACH_CELLS; iy++) {
+    for (int ix = cx - REACH_CELLS; ix <= cx + REACH_CELLS; ix++) {
+      bool inside = ix >= 0 && iy >= 0 && ix < GRID_SIDE_CELLS && iy < GRID_SIDE_CELLS;
+      if (inside && (grid->cells[iy * GRID_ROW_WORDS + ix / 8] & OCCUPIED_BITS) != 0u) {
+        add_cell(grid, ix, iy, p_cells, kernel_cells2, &sum);
+      }
+    }
+  }
+  return sum;
+}
+
+/** A wall near a beam's end: offset from the end to the wall's middle, its normal, and how sharp it
+ * is. */
+typedef struct {
+  vec2_t offset_m;
+  vec2_t normal;
+  float flatness; ///< 0 a blob .. 1 a line
+  float thickness_m2;
+} wall_t;
+
+__attribute__((noinline)) static bool find_wall(const slam_t *slam, const grid_t *grid,
+                                                vec2_t end_m, wall_t *wall) {
+  float kernel_cells = slam->cfg.kernel_m * grid->cells_per_m;
+  moments_t sum = moments_around(grid, grid_to_cells(grid, end_m), kernel_cells * kernel_cells);
+  if (sum.weight < WEIGHT_MIN) {
+    return false;
+  }
+  float mx = sum.x / sum.weight;
+  float my = sum.y / sum.weight;
+  float xx = sum.xx / sum.weight - mx * mx;
+  float yy = sum.yy / sum.weight - my * my;
+  float xy = sum.xy / sum.weight - mx * my;
+  float half = 0.5f * (xx - yy);
+  float root = sqrtf(half * half + xy * xy);
+  float longest = 0.5f * (xx + yy) + root;
+  float least = geometry_clamp(0.5f * (xx + yy) - root, 0.0f, longest);
+  if (longest < LENGTH_MIN_CELLS * LENGTH_MIN_CELLS) {
+    return false;
+  }
+  vec2_t normal = half < 0.0f ? (vec2_t){half - root, xy} : (vec2_t){xy, -(half + root)};
+  float norm = vec2_norm(normal);
+  wall->normal = norm > 1.0e-9f ? vec2_scale(normal, 1.0f / norm) : (vec2_t){1.0f, 0.0f};
+  wall->offset_m = vec2_scale((vec2_t){mx, my}, grid->cell_m);
+  wall->flatness = (longest - least) / longest;
+  wall->thickness_m2 = least * grid->cell_m * grid->cell_m;
+  return true;
+}
+
+/** One beam end's share: arm is the end relative to the body, map directions. */
+static void add_end(const slam_t *slam, const wall_t *wall, vec2_t arm_m, float range_m,
+                    slam_match_t *match) {
+  float sd_m = slam->cfg.range_sd_m + slam->cfg.range_sd_per_m * range_m;
+  float information = wall->flatness / (wall->thickness_m2 + sd_m * sd_m);
+  float error_m = vec2_dot(wall->offset_m, wall->normal);
+  float mahalanobis2 = information * error_m * error_m;
+  float bound2 = slam->cfg.robust * slam->cfg.robust;
+  float weight = bound2 / (bound2 + mahalanobis2);
+  weight = weight * weight * information;
+  float jacobian[3] = {wall->normal.x, wall->normal.y,
+                       -wall->normal.x * arm_m.y + wall->normal.y * arm_m.x};
+  for (int a = 0; a < 3; a++) {
+    for (int b = 0; b < 3; b++) {
+      match->hessian[a][b] += weight * jacobian[a] * jacobian[b];
+    }
+    match->gradient[a] += weight * jacobian[a] * error_m;
+  }
+  match->matched++;
+  match->inliers += mahalanobis2 < bound2;
+}
+
+void slam_match(const slam_t *slam, const grid_t *grid, pose2_t pose, slam_match_t *match) {
+  memset(match, 0, sizeof *match);
+  pose2_t newest = slam->frames[slam->count - 1].pose;
+  pose2_t map_from_odom = pose2_compose(pose, pose2_inverse(newest));
+  for (int i = 0; i < slam->count; i++) {
+    const scan_frame_t *frame = &slam->frames[i];
+    pose2_t body = pose2_compose(map_from_odom, frame->pose);
+    for (int beam = 0; beam < SCAN_BEAMS; beam++) {
+      if ((frame->hit >> beam & 1) == 0) {
+        continue;
+      }
+      vec2_t ray =
+          vec2_rotate((vec2_t){frame->range_m[beam], 0.0f}, body.yaw_rad + scan_bearing_rad(beam));
+      vec2_t end_m = vec2_add(pose2_position(body), ray);
+      wall_t wall;
+      match->ends++;
+      if (find_wall(slam, grid, end_m, &wall)) {
+        add_end(slam, &wall, vec2_sub(end_m, pose2_position(pose)), frame->range_m[beam], match);
+      }
+    }
+  }
+}

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from ground.checks import Check, write_report
 from ground.core import MissionCmd
+from ground.errors import NotReached
 from ground.flight import Outcome, fly
 from ground.link_radio import RadioLink
 from ground.mapfile import save_map
@@ -48,30 +49,32 @@ async def fly_to(
     async with _flying(uri, out) as station:
         goal = Point(x_m, y_m)
         outcome = await fly_when_settled(station, MissionCmd.GOTO, goal, out)
-        _report(station, MissionCmd.GOTO, outcome, json_file, out)
+        _write_report(station, outcome, json_file)
+        if outcome.reached:
+            out.print("[green]arrived[/]")
         if outcome.reached and hold:
             out.print("hovering there until Ctrl-C")
             await station.ended()
         if station.picture.state.airborne:
             await fly(station, MissionCmd.LAND)
-    return outcome.reached
+    return _reached(MissionCmd.GOTO, outcome)
 
 
 async def fly_mission(uri: str, cmd: MissionCmd, json_file: Path | None, out: Console) -> bool:
     """A command without a goal."""
     async with _flying(uri, out) as station:
         outcome = await fly_when_settled(station, cmd, None, out)
-        _report(station, cmd, outcome, json_file, out)
-    return outcome.reached
+        _write_report(station, outcome, json_file)
+    return _reached(cmd, outcome)
 
 
-def _report(
-    station: Station, cmd: MissionCmd, outcome: Outcome, json_file: Path | None, out: Console
-) -> None:
-    if outcome.reached:
-        out.print(f"[green]{COMMAND_WORDS[cmd]}: {outcome.sentence}[/]")
-    else:
-        out.print(f"[red]{COMMAND_WORDS[cmd]}: {explain(outcome)}[/]")
+def _reached(cmd: MissionCmd, outcome: Outcome) -> bool:
+    if not outcome.reached:
+        raise NotReached(f"could not {COMMAND_WORDS[cmd]}: {explain(outcome)}")
+    return True
+
+
+def _write_report(station: Station, outcome: Outcome, json_file: Path | None) -> None:
     if json_file:
         stats = station.stats
         figures = {

@@ -9,6 +9,7 @@ GroundError              a sentence for the user, one line
 |   +-- NoAnswer         a request was repeated and never answered
 +-- ProtocolMismatch     the other side runs no Wayflie, or another version
 +-- CommandRefused       the drone said no; carries its reason
++-- NotReached           it flew, or not, and what was asked was not reached
 +-- StopLatched          the emergency stop was pressed and not released
 +-- SimulatorFailed      the simulator did not start or ended early
 """
@@ -55,6 +56,10 @@ class CommandRefused(GroundError):
     def __init__(self, sentence: str, reason: MissionReason) -> None:
         super().__init__(sentence)
         self.reason = reason
+
+
+class NotReached(GroundError):
+    """It flew, or not, and what was asked was not reached."""
 
 
 class StopLatched(GroundError):

@@ -26,11 +26,11 @@ def state_frame(cockpit: Cockpit, trail_from: int) -> tuple[str, int]:
     trail, trail_next = _trail(picture, trail_from)
     frame = {
         "kind": "state",
-        "stop": cockpit.stop_latched,
+        "stop": {"latched": cockpit.stop_latched, "confirmed": _locked(picture)},
         "link": _link(cockpit),
         "mission": _mission(picture),
         "drone": _drone(picture),
-        "route": [_xy(point) for point in picture.route],
+        "route": [_xy(point) for point in picture.route if picture.state.airborne],
         "trail": trail,
         "trail_from": trail_next - len(trail),
         "map": {
@@ -62,6 +62,10 @@ def _trail(picture: Picture, start: int) -> tuple[list[list[float]], int]:
     new = min(count - start, len(picture.trail)) if start <= count else len(picture.trail)
     points = islice(picture.trail, len(picture.trail) - new, None)
     return [_xy(point) for point in points], count
+
+
+def _locked(picture: Picture) -> bool:
+    return picture.health is not None and picture.health.locked
 
 
 def _link(cockpit: Cockpit) -> dict[str, Any]:
@@ -98,9 +102,8 @@ def _drone(picture: Picture) -> dict[str, Any]:
         drone["ranges"] = [ranges.front_m, ranges.left_m, ranges.back_m, ranges.right_m]
     if (health := picture.health) is not None:
         drone["battery_v"] = _round(health.battery_v)
-        drone["path_m"] = _round(health.path_m)
+        drone["path_m"] = _round(health.path_m) if picture.state.airborne else 0.0
         drone["plan_ms"] = health.plan_us / 1000
-        drone["locked"] = health.locked
     return drone
 
 

@@ -59,16 +59,21 @@ function answered({ do: what, ok, words }) {
 
 function show() {
   const { mission, drone, link, can, map } = state;
-  $("state").textContent = state.stop ? "stopped" : mission.words;
-  $("detail").textContent = drone.locked ? "the motors are locked until the drone is restarted" : mission.fault;
+  const { latched, confirmed } = state.stop;
+  $("state").textContent = latched || confirmed ? "stopped" : mission.words;
+  $("detail").textContent = mission.fault;
   showLink(link);
-  $("latched").hidden = !state.stop;
-  $("stop").hidden = state.stop;
+  $("stop").hidden = latched;
+  $("latched").hidden = !latched && !confirmed;
+  $("release").hidden = !latched;
+  $("latched-text").textContent = confirmed
+    ? "The motors are cut. The drone stays locked until it is restarted."
+    : "STOP is being sent, again and again, until the drone confirms it.";
   for (const button of document.querySelectorAll("[data-do]")) button.disabled = !can[button.dataset.do];
   $("map").style.cursor = can.goto ? "crosshair" : "default";
   $("hint").hidden = !can.goto || trail.length > 0;
   const [x, y, z] = drone.pose ?? [];
-  $("position").textContent = drone.pose ? `${x.toFixed(2)}, ${y.toFixed(2)} m` : "–";
+  $("position").textContent = drone.pose ? `${x.toFixed(2)}, ${y.toFixed(2)}` : "–";
   $("height").textContent = drone.pose ? `${z.toFixed(2)} m` : "–";
   $("path").textContent = drone.path_m === undefined ? "–" : `${drone.path_m.toFixed(1)} m`;
   $("battery").textContent = drone.battery_v === undefined ? "–" : `${drone.battery_v.toFixed(2)} V`;

@@ -128,6 +128,7 @@ export class View {
     c.fillRect(0, 0, w, h);
     this.drawMetres();
     this.drawCells();
+    this.drawHome();
     this.drawLine(trail, this.colours.trail, 2, []);
     this.drawLine(route, this.colours.route, 3, [8, 5]);
     if (goal) this.drawGoal(goal);
@@ -183,6 +184,15 @@ export class View {
     c.setLineDash(dash);
     c.stroke();
     c.setLineDash([]);
+  }
+
+  /** The origin: where it took off first. */
+  drawHome() {
+    const { context: c } = this;
+    const [px, py] = this.toScreen(0, 0);
+    c.strokeStyle = this.colours.trail;
+    c.lineWidth = 2;
+    c.strokeRect(px - 6, py - 6, 12, 12);
   }
 
   drawGoal([x, y]) {

@@ -21,7 +21,8 @@ static bool any_command;
 static bool hello_due;
 static uint8_t hello_epoch;
 static uint8_t path_revision;
-static uint8_t path_next;
+static uint8_t path_total;
+static uint8_t path_next; ///< never more than path_total
 static bool path_due;
 static wire_event_t event;
 static bool event_due;
@@ -117,10 +118,11 @@ static void send_hello(const nav_t *nav) {
   }
 }
 
-/** One piece a call; a new route begins from its start. */
+/** One piece a call; a new route, or none any more, begins from its start. */
 static void send_route(const route_t *route) {
-  if (route->revision != path_revision) {
+  if (route->revision != path_revision || route->count != path_total) {
     path_revision = route->revision;
+    path_total = route->count;
     send_route_again();
   }
   if (!path_due) {

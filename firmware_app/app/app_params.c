@@ -35,6 +35,7 @@ static values_t wanted = {
     .lost_time = 5.0f,
     .low_battery = 3.3f,
     .cell = 0.05f,
+    .slam = NAV_SLAM_MAP,
     .lost = NAV_LOST_HOME,
 };
 static values_t accepted;

@@ -69,7 +69,7 @@ bool sim_port_alive(void);
 void sim_port_set_sensors(const sim_port_sensors_t *sensors);
 /** A client has sent a packet lately: crtpIsConnected(). */
 void sim_port_set_connected(bool connected);
-/** Slots free in the transmit queue: crtpGetFreeTxQueuePackets(). */
+/** Slots free in the transmit queue for what the app sends; packets not yet taken fill them. */
 void sim_port_set_tx_free(int packets);
 
 /** The setpoint that the stabilizer would take now. */

@@ -63,6 +63,12 @@ class Drone:
             self.firmware.run(STEP_MS)
             self.setpoints.append(self.firmware.get_setpoint())
 
+    def hang(self, seconds: float, range_mm: tuple[int, int, int, int, int]) -> None:
+        """Let time pass without moving, with these ranges whatever the room."""
+        self.readings.range_mm = range_mm
+        self.firmware.set_sensors(self.readings)
+        self.firmware.run(round(seconds * 1000))
+
     def run_until(self, *states: MissionState, limit_s: float = 60.0) -> None:
         """Let time pass until the mission is in one of these states."""
         end_ms = self.firmware.now_ms() + limit_s * 1000

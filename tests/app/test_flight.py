@@ -120,6 +120,20 @@ def test_yaw_rate_is_in_degrees(drone: Drone) -> None:
     assert drone.firmware.get_setpoint().yaw_rate_dps == pytest.approx(30.0, rel=1e-4)
 
 
+def test_metres_and_degrees_of_the_map_begin_at_take_off() -> None:
+    drone = Drone()
+    drone.readings.x_m, drone.readings.y_m, drone.readings.yaw_deg = 0.3, -0.2, 90.0
+    drone.boot()
+    drone.command(MissionCmd.GOTO, (1.0, 0.5))
+    drone.run_until(MissionState.HOVER)
+    x_m, y_m = drone.log("way.x"), drone.log("way.y")
+    assert math.dist((x_m, y_m), (1.0, 0.5)) < 0.2
+    assert drone.readings.x_m == pytest.approx(0.3 - y_m, abs=0.02)
+    assert drone.readings.y_m == pytest.approx(-0.2 + x_m, abs=0.02)
+    turned = (drone.readings.yaw_deg - 90.0 - drone.log("way.yaw") + 180.0) % 360.0 - 180.0
+    assert turned == pytest.approx(0.0, abs=2.0)
+
+
 def test_a_closing_client_cannot_stop_the_motors(drone: Drone) -> None:
     drone.command(MissionCmd.TAKE_OFF)
     drone.run_until(MissionState.HOVER)
@@ -175,10 +189,7 @@ def test_only_real_echoes_are_obstacles(drone: Drone, mm: int, seen: bool) -> No
     drone.command(MissionCmd.TAKE_OFF)
     drone.run_until(MissionState.HOVER)
     near = 100 if seen else mm
-    for _ in range(25):
-        drone.readings.range_mm = (near, 2000, 2000, 2000, 2000)
-        drone.firmware.set_sensors(drone.readings)
-        drone.firmware.run(20)
+    drone.hang(0.5, (near, 2000, 2000, 2000, 2000))
     backs_away = drone.firmware.get_setpoint().vx_mps < -0.05
     assert backs_away is seen
 

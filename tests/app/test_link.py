@@ -113,6 +113,24 @@ def test_a_new_route_is_sent_and_a_snapshot_sends_it_again(drone: Drone) -> None
     assert all(len(m.points) <= PATH_POINTS for m in again)
 
 
+def test_a_forgotten_map_takes_its_route_along(drone: Drone) -> None:
+    drone.send(go_to(1, 1.4, 1.0))
+    drone.run_until(MissionState.FOLLOW)
+    drone.messages()
+    drone.send(Command(2, MissionCmd.FORGET, Point(0.0, 0.0)))
+    drone.run(0.04)
+    sent = drone.messages()
+    assert any(isinstance(m, Hello) and m.epoch == 2 for m in sent)
+    assert RoutePiece(1, 0, 0, ()) in sent
+
+
+def test_the_app_goes_on_talking(drone: Drone) -> None:
+    for sequence in range(500):
+        drone.send(Heartbeat(sequence))
+        drone.run(0.02)
+        assert any(isinstance(m, Beat) and m.sequence == sequence for m in drone.messages())
+
+
 def test_events_tell_the_story_without_gaps(drone: Drone) -> None:
     drone.send(take_off(1))
     drone.run_until(MissionState.HOVER)

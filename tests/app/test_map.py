@@ -2,16 +2,27 @@
 """The map stream through log blocks: whole pieces, each once, whatever the client asks for."""
 
 import itertools
+import math
 import random
 
 import pytest
 
-from ground.core import TILES, MissionCmd, MissionState
+from ground.core import (
+    GRID_SIDE_CELLS,
+    TILE_SIDE_CELLS,
+    TILES,
+    TILES_PER_ROW,
+    CellState,
+    MissionCmd,
+    MissionState,
+)
 from ground.model import MapPiece
 from ground.sim.firmware import BlockReader
 from ground.wire import decode_map_piece
 from tests.app.drone import UINT16, UINT32, Drone
 
+CELL_M = 0.05
+OCCUPIED = CellState.OCCUPIED
 NAMES = [f"m{i}" for i in range(7)]
 
 
@@ -28,6 +39,20 @@ def mapped(drone: Drone) -> Drone:
 def block(drone: Drone, order: list[str]) -> BlockReader:
     ids = [drone.logs[f"waymap.{name}"] for name in order]
     return drone.firmware.block_reader(ids, [UINT16 if n == "m6" else UINT32 for n in order])
+
+
+def occupied_m(piece: MapPiece) -> list[tuple[float, float]]:
+    """Centres of the occupied cells of a piece, in the map of a new drone."""
+    origin_m = -GRID_SIDE_CELLS / 2 * CELL_M
+    row, column = divmod(piece.tile, TILES_PER_ROW)
+    places = [divmod(i, TILE_SIDE_CELLS) for i, s in enumerate(piece.states) if s == OCCUPIED]
+    return [
+        (
+            origin_m + (column * TILE_SIDE_CELLS + ix + 0.5) * CELL_M,
+            origin_m + (row * TILE_SIDE_CELLS + iy + 0.5) * CELL_M,
+        )
+        for iy, ix in places
+    ]
 
 
 def ordered(data: bytes, order: list[str]) -> bytes:
@@ -82,6 +107,30 @@ def test_the_stream_tells_the_whole_map(mapped: Drone) -> None:
     assert len(latest) == TILES
     known = sum(1 for piece in latest.values() for state in piece.states if state)
     assert known == mapped.log("way.known") > 500
+
+
+@pytest.mark.parametrize(("pitch_deg", "wall"), [(-15.0, False), (15.0, True)])
+def test_nose_down_the_floor_is_no_wall(drone: Drone, pitch_deg: float, wall: bool) -> None:
+    """An echo at 1.55 m comes from the floor if the nose is down 15 degrees at 0.4 m height."""
+    drone.write("way.slam", 0)
+    drone.command(MissionCmd.TAKE_OFF)
+    drone.run_until(MissionState.HOVER)
+    drone.readings.pitch_deg = pitch_deg
+    for i in range(10):
+        drone.hang(0.1, (1550 + i % 2, 2000, 2000, 2000, 2000))
+    yaw, level_m = math.radians(drone.log("way.yaw")), 1.55 * math.cos(math.radians(pitch_deg))
+    at_m = (
+        drone.log("way.x") + level_m * math.cos(yaw),
+        drone.log("way.y") + level_m * math.sin(yaw),
+    )
+    reader = block(drone, NAMES)
+    found: dict[int, bool] = {}
+    for _ in range(2 * TILES):
+        drone.firmware.run(20)
+        piece = decode_map_piece(reader.read(drone.firmware.now_ms()))
+        assert piece is not None
+        found[piece.tile] = any(math.dist(place, at_m) < 0.15 for place in occupied_m(piece))
+    assert any(found.values()) is wall
 
 
 def test_worst_tick_is_counted_anew_by_each_sample(drone: Drone) -> None:

@@ -104,7 +104,7 @@ __attribute__((noinline)) static void predict_covariance(slam_t *slam, vec2_t mo
 }
 
 /** @return false if the matrix cannot be inverted */
-static bool invert3(float m[3][3], float inverse[3][3]) {
+static bool invert3(const float *const m[3], float inverse[3][3]) {
   for (int a = 0; a < 3; a++) {
     for (int b = 0; b < 3; b++) {
       int r0 = (b + 1) % 3, r1 = (b + 2) % 3, c0 = (a + 1) % 3, c1 = (a + 2) % 3;
@@ -154,7 +154,8 @@ __attribute__((noinline)) static bool fit(const slam_t *slam, const grid_t *grid
         total[a][b] = slam->cfg.information * match->hessian[a][b] + prior[a][b];
       }
     }
-    if (!invert3(total, posterior)) {
+    const float *rows[3] = {total[0], total[1], total[2]};
+    if (!invert3(rows, posterior)) {
       return false;
     }
     float step[3];
@@ -211,13 +212,11 @@ static void close_window(slam_t *slam, const grid_t *grid) {
   vec2_t moved_m = vec2_sub(pose2_position(newest), pose2_position(slam->window_start));
   predict_covariance(slam, moved_m, (float)elapsed_ms * 0.001f);
   float prior[3][3];
-  float pose_covariance[3][3];
   float posterior[3][3];
   float correction[3];
   slam_match_t match;
-  for (int a = 0; a < 3; a++) {
-    memcpy(pose_covariance[a], slam->covariance[a], 3 * sizeof(float));
-  }
+  const float *pose_covariance[3] = {slam->covariance[X], slam->covariance[Y],
+                                     slam->covariance[YAW]};
   bool known_ground = false;
   if (invert3(pose_covariance, prior)) {
     bool fits = fit(slam, grid, prior, correction, posterior, &match);

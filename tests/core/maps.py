@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Grids and clearances for tests, made through the public functions of the core only."""
 
+import itertools
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ground.core import ffi, lib
+from ground.core import CData, ffi, lib
 
 SIDE: int = lib.GRID_SIDE_CELLS
 OCCUPIED: int = lib.GRID_VALUE_MAX
@@ -17,16 +17,16 @@ Bits = NDArray[np.bool_]
 WHOLE_M = 1000.0
 
 
-def vec2(x: float, y: float) -> Any:
+def vec2(x: float, y: float) -> CData:
     """A vec2_t; lives as long as the result is held."""
     return ffi.new("vec2_t *", (x, y))[0]
 
 
-def xy(v: Any) -> tuple[float, float]:
+def xy(v: CData) -> tuple[float, float]:
     return v.x, v.y
 
 
-def new_grid(cell_m: float = 0.05, centre_m: tuple[float, float] = (0.0, 0.0)) -> Any:
+def new_grid(cell_m: float = 0.05, centre_m: tuple[float, float] = (0.0, 0.0)) -> CData:
     """An empty grid with the default evidence."""
     grid = ffi.new("grid_t *")
     cfg = ffi.new("grid_config_t *", lib.grid_config_default())
@@ -34,12 +34,12 @@ def new_grid(cell_m: float = 0.05, centre_m: tuple[float, float] = (0.0, 0.0)) -
     return grid
 
 
-def occupy(grid: Any, cells: Cells, value: int = OCCUPIED) -> None:
+def occupy(grid: CData, cells: Cells, value: int = OCCUPIED) -> None:
     for ix, iy in cells:
         lib.grid_set_value(grid, ix, iy, value)
 
 
-def fill(grid: Any, value: int) -> None:
+def fill(grid: CData, value: int) -> None:
     """Give every cell this value, at once."""
     ffi.memmove(
         grid.cells, bytes([value << 4 | value]) * ffi.sizeof(grid.cells), ffi.sizeof(grid.cells)
@@ -49,11 +49,11 @@ def fill(grid: Any, value: int) -> None:
 
 
 def new_clearance(
-    grid: Any,
+    grid: CData,
     radius_m: float = 0.0,
     low_m: tuple[float, float] = (-WHOLE_M, -WHOLE_M),
     high_m: tuple[float, float] = (WHOLE_M, WHOLE_M),
-) -> Any:
+) -> CData:
     """The complete clearance of a grid."""
     clearance = ffi.new("clearance_t *")
     lib.clearance_init(clearance, grid, radius_m, vec2(*low_m), vec2(*high_m))
@@ -61,8 +61,8 @@ def new_clearance(
     return clearance
 
 
-def with_walls(cells: Cells) -> tuple[Any, Any]:
-    """A grid with these cells occupied, and its clearance of radius 0: exactly these are blocked."""
+def with_walls(cells: Cells) -> tuple[CData, CData]:
+    """A grid with these cells occupied, and its clearance of radius 0: these alone are blocked."""
     grid = new_grid()
     occupy(grid, cells)
     return grid, new_clearance(grid)
@@ -78,29 +78,29 @@ def from_picture(rows: list[str], ix0: int = 0, iy0: int = 0) -> set[tuple[int, 
     }
 
 
-def blocked_bits(clearance: Any) -> Bits:
+def blocked_bits(clearance: CData) -> Bits:
     """Clearance as an array [iy, ix]."""
     words = np.frombuffer(ffi.buffer(clearance.bits), dtype="<u4").reshape(SIDE, -1)
     return np.unpackbits(words.view(np.uint8), axis=1, bitorder="little").astype(bool)
 
 
-def values(grid: Any) -> NDArray[np.uint8]:
+def values(grid: CData) -> NDArray[np.uint8]:
     """All cell values as an array [iy, ix]."""
     raw = np.frombuffer(ffi.buffer(grid.cells), dtype=np.uint8).reshape(SIDE, -1)
     return np.stack([raw & 15, raw >> 4], axis=2).reshape(SIDE, SIDE)
 
 
-def raw_bytes(pointer: Any) -> bytes:
+def raw_bytes(pointer: CData) -> bytes:
     """The bytes of the struct that a pointer points to."""
     return bytes(ffi.buffer(pointer))
 
 
-def points(array: Any, count: int) -> list[tuple[float, float]]:
+def points(array: CData, count: int) -> list[tuple[float, float]]:
     """The first points of a vec2_t array."""
     return [xy(array[i]) for i in range(count)]
 
 
-def path_array(path: list[tuple[float, float]], capacity: int = 64) -> Any:
+def path_array(path: list[tuple[float, float]], capacity: int = 64) -> CData:
     """A vec2_t array that begins with the path."""
     array = ffi.new("vec2_t[]", capacity)
     for i, (x, y) in enumerate(path):
@@ -109,14 +109,12 @@ def path_array(path: list[tuple[float, float]], capacity: int = 64) -> Any:
 
 
 def length(path: list[tuple[float, float]]) -> float:
-    return float(
-        sum(np.hypot(b[0] - a[0], b[1] - a[1]) for a, b in zip(path, path[1:], strict=False))
-    )
+    return float(sum(np.hypot(b[0] - a[0], b[1] - a[1]) for a, b in itertools.pairwise(path)))
 
 
-def is_clear(clearance: Any, path: list[tuple[float, float]]) -> bool:
+def is_clear(clearance: CData, path: list[tuple[float, float]]) -> bool:
     """Every piece of the path stays in free cells."""
     return all(
         lib.clearance_segment_free(clearance, vec2(*a), vec2(*b))
-        for a, b in zip(path, path[1:], strict=False)
+        for a, b in itertools.pairwise(path)
     )

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Slow and obvious answers to what the core computes fast."""
 
+import itertools
 import math
 from collections import deque
 from fractions import Fraction
@@ -45,7 +46,7 @@ def cells_along(a: Point, b: Point) -> list[Cell]:
     """The cells of the start, of each piece between two crossings, and of the end."""
     ax, ay, bx, by = map(Fraction, (*a, *b))
     at = crossings(a, b)
-    middles = [(s + t) / 2 for s, t in zip(at, at[1:], strict=False)]
+    middles = [(s + t) / 2 for s, t in itertools.pairwise(at)]
     inner = [(math.floor(ax + t * (bx - ax)), math.floor(ay + t * (by - ay))) for t in middles]
     whole = [(math.floor(ax), math.floor(ay)), *inner, (math.floor(bx), math.floor(by))]
     return [cell for i, cell in enumerate(whole) if i == 0 or cell != whole[i - 1]]
@@ -63,7 +64,7 @@ def segment_free(blocked: Bits, a: Point, b: Point) -> bool:
         return False
     return not any(
         (x0 != x1 and y0 != y1) and is_blocked(blocked, (x0, y1)) and is_blocked(blocked, (x1, y0))
-        for (x0, y0), (x1, y1) in zip(way, way[1:], strict=False)
+        for (x0, y0), (x1, y1) in itertools.pairwise(way)
     )
 
 

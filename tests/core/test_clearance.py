@@ -2,14 +2,13 @@
 """The inflated bit layer: equal to brute force, however it was brought up to date."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import ffi, lib
+from ground.core import CData, ffi, lib
 from tests.core import oracles
 from tests.core.maps import (
     OCCUPIED,
@@ -37,7 +36,7 @@ spots = st.tuples(eighths, eighths)
 loose = st.floats(39.0, 53.0, width=32)
 
 
-def occupied(grid: Any) -> oracles.Bits:
+def occupied(grid: CData) -> oracles.Bits:
     return np.asarray(values(grid) >= lib.GRID_OCCUPIED_MIN)
 
 

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Geometry against Python's double-precision mathematics, within the bounds that the header states."""
+"""Geometry against mathematics in double precision, within the bounds that the header states."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import ffi, lib
+from ground.core import CData, ffi, lib
 from tests.core.maps import vec2, xy
 
 f32 = np.float32
@@ -22,7 +21,7 @@ NEAR_BOUND = 2e-7
 FAR_BOUND = 1e-4
 
 
-def pose(x_m: float, y_m: float, yaw_rad: float) -> Any:
+def pose(x_m: float, y_m: float, yaw_rad: float) -> CData:
     return ffi.new("pose2_t *", (x_m, y_m, yaw_rad))[0]
 
 
@@ -33,7 +32,7 @@ def turn_between(a_rad: float, b_rad: float) -> float:
     return abs(math.remainder(a_rad - b_rad, math.tau))
 
 
-def assert_same_pose(a: Any, b: Any, tolerance: float = 1e-4) -> None:
+def assert_same_pose(a: CData, b: CData, tolerance: float = 1e-4) -> None:
     assert xy(lib.pose2_position(a)) == pytest.approx(xy(lib.pose2_position(b)), abs=tolerance)
     assert turn_between(a.yaw_rad, b.yaw_rad) < tolerance
 
@@ -131,21 +130,21 @@ def test_vector_arithmetic(ax: float, ay: float, bx: float, by: float) -> None:
 
 
 @given(poses)
-def test_a_pose_and_its_inverse_cancel(a: Any) -> None:
+def test_a_pose_and_its_inverse_cancel(a: CData) -> None:
     origin = pose(0.0, 0.0, 0.0)
     assert_same_pose(lib.pose2_compose(a, lib.pose2_inverse(a)), origin)
     assert_same_pose(lib.pose2_compose(lib.pose2_inverse(a), a), origin)
 
 
 @given(poses, poses, poses)
-def test_composition_is_associative(a: Any, b: Any, c: Any) -> None:
+def test_composition_is_associative(a: CData, b: CData, c: CData) -> None:
     left = lib.pose2_compose(lib.pose2_compose(a, b), c)
     right = lib.pose2_compose(a, lib.pose2_compose(b, c))
     assert_same_pose(left, right, 1e-3)
 
 
 @given(poses, poses, metres, metres)
-def test_applying_twice_is_applying_the_composition(a: Any, b: Any, x: float, y: float) -> None:
+def test_applying_twice_is_applying_the_composition(a: CData, b: CData, x: float, y: float) -> None:
     twice = lib.pose2_apply(a, lib.pose2_apply(b, vec2(x, y)))
     once = lib.pose2_apply(lib.pose2_compose(a, b), vec2(x, y))
     assert xy(twice) == pytest.approx(xy(once), abs=1e-3)
@@ -157,13 +156,13 @@ def test_yaw_turns_forward_to_the_left() -> None:
 
 
 @given(poses, poses)
-def test_interpolation_meets_both_ends(a: Any, b: Any) -> None:
+def test_interpolation_meets_both_ends(a: CData, b: CData) -> None:
     assert_same_pose(lib.pose2_interpolate(a, b, 0.0), a)
     assert_same_pose(lib.pose2_interpolate(a, b, 1.0), b)
 
 
 @given(poses, poses, st.floats(0.0, 1.0, width=32))
-def test_interpolation_turns_the_short_way(a: Any, b: Any, fraction: float) -> None:
+def test_interpolation_turns_the_short_way(a: CData, b: CData, fraction: float) -> None:
     between = lib.pose2_interpolate(a, b, fraction)
     whole = turn_between(a.yaw_rad, b.yaw_rad)
     assert turn_between(a.yaw_rad, between.yaw_rad) == pytest.approx(fraction * whole, abs=1e-5)

@@ -2,14 +2,13 @@
 """The occupancy grid: where cells lie, what beams do to them, what the queries say."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import ffi, lib
+from ground.core import CData, ffi, lib
 from tests.core.maps import SIDE, fill, new_grid, raw_bytes, values, vec2, xy
 
 CELL_M = 0.05
@@ -20,11 +19,11 @@ yaws = st.floats(-3.125, 3.125, width=32)
 ranges = st.floats(0.0, 4.0, width=32)
 
 
-def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0) -> Any:
+def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0) -> CData:
     return ffi.new("pose2_t *", (x_m, y_m, yaw_rad))[0]
 
 
-def frame(hits_m: dict[int, float], clear_m: dict[int, float] | None = None) -> Any:
+def frame(hits_m: dict[int, float], clear_m: dict[int, float] | None = None) -> CData:
     """A measured set: beam to range."""
     clear_m = clear_m or {}
     made = ffi.new("scan_frame_t *")
@@ -35,7 +34,7 @@ def frame(hits_m: dict[int, float], clear_m: dict[int, float] | None = None) -> 
     return made
 
 
-def located(grid: Any, x_m: float, y_m: float) -> tuple[int, int] | None:
+def located(grid: CData, x_m: float, y_m: float) -> tuple[int, int] | None:
     cell = ffi.new("grid_cell_t *", (-7, -7))
     if lib.grid_locate(grid, vec2(x_m, y_m), cell):
         return cell.ix, cell.iy
@@ -43,13 +42,13 @@ def located(grid: Any, x_m: float, y_m: float) -> tuple[int, int] | None:
     return None
 
 
-def row(query: Any, grid: Any, iy: int) -> list[int]:
+def row(query: CData, grid: CData, iy: int) -> list[int]:
     bits = ffi.new("uint32_t[]", lib.GRID_BIT_WORDS)
     query(grid, iy, bits)
     return [bits[ix // 32] >> ix % 32 & 1 for ix in range(SIDE)]
 
 
-def changed_rows(grid: Any) -> set[int]:
+def changed_rows(grid: CData) -> set[int]:
     return {iy for iy in range(SIDE) if grid.changed_rows[iy // 32] >> iy % 32 & 1}
 
 

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One obstacle point per occupied cell: refined by repeated hits, gone with its cell."""
 
-from typing import Any
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import ffi, lib
+from ground.core import CData, ffi, lib
 from tests.core.maps import OCCUPIED, SIDE, new_grid, vec2
 
 CELL_M = 0.05
@@ -16,17 +14,17 @@ cells = st.tuples(st.integers(0, SIDE - 1), st.integers(0, SIDE - 1))
 shares = st.floats(0.0, 1.0, exclude_max=True)
 
 
-def place(grid: Any, cell: tuple[int, int], x: float, y: float) -> Any:
+def place(grid: CData, cell: tuple[int, int], x: float, y: float) -> CData:
     """The point at this share of the cell."""
     return lib.grid_to_metres(grid, vec2(cell[0] + x, cell[1] + y))
 
 
-def hit(grid: Any, cell: tuple[int, int], x: float, y: float) -> None:
+def hit(grid: CData, cell: tuple[int, int], x: float, y: float) -> None:
     lib.grid_set_value(grid, *cell, OCCUPIED)
     lib.grid_points_add(grid, ffi.new("grid_cell_t *", cell)[0], place(grid, cell, x, y))
 
 
-def point(grid: Any, cell: tuple[int, int]) -> tuple[float, float] | None:
+def point(grid: CData, cell: tuple[int, int]) -> tuple[float, float] | None:
     """Share of the cell at which its point lies."""
     found = ffi.new("vec2_t *")
     if not lib.grid_point(grid, *cell, found):

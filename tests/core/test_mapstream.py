@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import ffi, lib
+from ground.core import CData, ffi, lib
 from tests.core.maps import OCCUPIED, SIDE, fill, new_grid, values, vec2
 
 TILE: int = lib.GRID_TILE_SIDE_CELLS
@@ -18,12 +18,12 @@ TILES: int = lib.GRID_TILES
 class Stream:
     """A map stream over one grid, read piece by piece."""
 
-    def __init__(self, grid: Any) -> None:  # noqa: ANN401 - a C struct
+    def __init__(self, grid: CData) -> None:
         self.grid = grid
         self.stream = ffi.new("mapstream_t *")
         lib.mapstream_init(self.stream)
 
-    def next(self, epoch: int = 0) -> Any:  # noqa: ANN401 - a C struct
+    def next(self, epoch: int = 0) -> CData:
         packet = ffi.new("uint8_t[]", lib.WIRE_MAP_BYTES)
         piece = ffi.new("wire_map_piece_t *")
         lib.mapstream_next(self.stream, self.grid, epoch, packet)
@@ -31,12 +31,12 @@ class Stream:
         return piece
 
 
-def settle(grid: Any) -> None:
+def settle(grid: CData) -> None:
     """Forget that anything changed."""
     ffi.memmove(grid.changed_tiles, bytes(TILES // 8), TILES // 8)
 
 
-def states(grid: Any) -> np.ndarray[Any, Any]:
+def states(grid: CData) -> np.ndarray[Any, Any]:
     cell = values(grid)
     return np.where(cell == 0, 0, np.where(cell < lib.GRID_OCCUPIED_MIN, 1, 2))
 

@@ -2,7 +2,6 @@
 """Ranges paired with the pose at which they were measured, each set used once."""
 
 import math
-from typing import Any
 
 import pytest
 from hypothesis import given
@@ -18,7 +17,7 @@ LEVEL = (0.0, 0.0)
 class Scanner:
     """A scan_t fed tick by tick; keeps the last frame."""
 
-    def __init__(self, **changes: Any) -> None:  # noqa: ANN401 - whatever the C field takes
+    def __init__(self, **changes: float | list[float]) -> None:
         self.cfg = ffi.new("scan_config_t *", lib.scan_config_default())
         for name, value in changes.items():
             setattr(self.cfg, name, value)

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The wave: reaches what a plain breadth-first search reaches, and finds a way that is clear."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import ffi, lib
+from ground.core import CData, ffi, lib
 from tests.core import oracles
 from tests.core.maps import (
     SIDE,
@@ -32,7 +30,7 @@ inside = st.tuples(st.integers(0, BOX - 1), st.integers(0, BOX - 1))
 mazes = st.sets(inside, min_size=60, max_size=200)
 
 
-def box(where: set[tuple[int, int]]) -> tuple[Any, Any]:
+def box(where: set[tuple[int, int]]) -> tuple[CData, CData]:
     """Grid and clearance of a room of BOX x BOX cells around the grid's middle word border."""
     grid = new_grid(CELL_M)
     occupy(grid, shifted(where))
@@ -44,7 +42,7 @@ def shifted(where: set[tuple[int, int]]) -> set[tuple[int, int]]:
     return {(x + 54, y + 54) for x, y in where}
 
 
-def start_wave(target: int, start: tuple[int, int], goal: tuple[int, int] = (0, 0)) -> Any:
+def start_wave(target: int, start: tuple[int, int], goal: tuple[int, int] = (0, 0)) -> CData:
     wave = ffi.new("wavefront_t *")
     lib.wavefront_start(
         wave, target, ffi.new("grid_cell_t *", start)[0], ffi.new("grid_cell_t *", goal)[0]
@@ -52,7 +50,7 @@ def start_wave(target: int, start: tuple[int, int], goal: tuple[int, int] = (0, 
     return wave
 
 
-def run(wave: Any, clearance: Any, grid: Any, slice_waves: int = 1000) -> int:
+def run(wave: CData, clearance: CData, grid: CData, slice_waves: int = 1000) -> int:
     for _ in range(SIDE * SIDE):
         status = lib.wavefront_extend(wave, clearance, grid, slice_waves)
         if status != lib.WAVEFRONT_RUNNING:
@@ -60,11 +58,11 @@ def run(wave: Any, clearance: Any, grid: Any, slice_waves: int = 1000) -> int:
     raise AssertionError("the wave does not end")
 
 
-def reached(wave: Any) -> set[tuple[int, int]]:
+def reached(wave: CData) -> set[tuple[int, int]]:
     return {(x, y) for x in range(SIDE) for y in range(SIDE) if lib.wavefront_reached(wave, x, y)}
 
 
-def path_of(wave: Any, clearance: Any, capacity: int = 400) -> list[tuple[float, float]]:
+def path_of(wave: CData, clearance: CData, capacity: int = 400) -> list[tuple[float, float]]:
     array = ffi.new("vec2_t[]", capacity)
     return points(array, lib.wavefront_path(wave, clearance, array, capacity))
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import ffi, lib
+from ground.core import CData, ffi, lib
 
 u8 = st.integers(0, 255)
 u16 = st.integers(0, 2**16 - 1)
@@ -47,7 +47,7 @@ messages = kinds.flatmap(lambda kind: st.tuples(st.just(kind), BODIES[kind][1]))
 TYPES = {*BODIES, lib.WIRE_SNAPSHOT}
 
 
-def plain(value: Any) -> Any:
+def plain(value: CData) -> CData:
     """A C value as dictionaries, lists and numbers."""
     kind = ffi.typeof(value) if isinstance(value, ffi.CData) else None
     if kind is None:
@@ -57,11 +57,11 @@ def plain(value: Any) -> Any:
     return {name: plain(getattr(value, name)) for name, _ in kind.fields}
 
 
-def make(kind: int, fields: dict[str, Any]) -> Any:
+def make(kind: int, fields: dict[str, Any]) -> CData:
     return ffi.new("wire_message_t *", {"type": kind, "body": {BODIES[kind][0]: fields}})
 
 
-def encode(message: Any) -> bytes:
+def encode(message: CData) -> bytes:
     packet = ffi.new("uint8_t[]", lib.WIRE_PACKET_BYTES)
     return bytes(ffi.buffer(packet, lib.wire_encode(message, packet)))
 

@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Routes: tightened and rounded without ever getting longer or nearer to what is blocked."""
+
+import itertools
+import math
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from ground.core import CData, ffi, lib
+from tests.core.maps import (
+    OCCUPIED,
+    fill,
+    is_clear,
+    length,
+    new_grid,
+    path_array,
+    points,
+    vec2,
+    with_walls,
+)
+
+Path = list[tuple[float, float]]
+CAPACITY: int = lib.ROUTE_POINTS
+places = st.floats(30.5, 60.5, width=32)
+ways = st.lists(st.tuples(places, places), min_size=2, max_size=12)
+walls = st.sets(st.tuples(st.integers(30, 60), st.integers(30, 60)), max_size=25)
+
+
+def shortcut(clearance: CData, path: Path) -> Path:
+    array = path_array(path)
+    return points(array, lib.route_shortcut(clearance, array, len(path)))
+
+
+def rounded(clearance: CData, path: Path, capacity: int = CAPACITY) -> Path:
+    array = path_array(path)
+    return points(array, lib.route_round(clearance, array, len(path), capacity))
+
+
+def route_of(path_m: Path) -> CData:
+    route = ffi.new("route_t *", {"count": len(path_m)})
+    for i, (x, y) in enumerate(path_m):
+        route.points_m[i].x, route.points_m[i].y = x, y
+    return route
+
+
+def turn(path: Path) -> float:
+    """The sharpest turn of a path [rad]."""
+    legs = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in itertools.pairwise(path)]
+    return max(abs(math.remainder(b - a, math.tau)) for a, b in itertools.pairwise(legs))
+
+
+@given(walls, ways)
+def test_a_shortcut_is_clear_and_never_longer(where: set[tuple[int, int]], path: Path) -> None:
+    _, clearance = with_walls(where)
+    assume(is_clear(clearance, path))
+    short = shortcut(clearance, path)
+    assert short[0] == path[0]
+    assert short[-1] == path[-1]
+    assert is_clear(clearance, short)
+    assert length(short) <= length(path) + 1e-3
+    assert set(short) <= set(path)
+    assert shortcut(clearance, short) == short
+
+
+def test_a_zigzag_in_the_open_becomes_a_line() -> None:
+    _, clearance = with_walls([])
+    zigzag = [(20.5 + i, 64.5 + 3 * (i % 2)) for i in range(30)]
+    assert shortcut(clearance, zigzag) == [zigzag[0], zigzag[-1]]
+
+
+def test_a_way_round_a_corner_keeps_the_corner() -> None:
+    _, clearance = with_walls({(40, y) for y in range(50)})
+    path = [(30.5, 30.5), (33.5, 45.5), (40.5, 55.5), (47.5, 45.5), (50.5, 30.5)]
+    assert shortcut(clearance, path) == [path[0], path[2], path[4]]
+
+
+@given(walls, ways)
+def test_rounding_is_clear_and_never_longer(where: set[tuple[int, int]], path: Path) -> None:
+    _, clearance = with_walls(where)
+    assume(is_clear(clearance, path))
+    curve = rounded(clearance, path)
+    assert curve[0] == path[0]
+    assert curve[-1] == path[-1]
+    assert is_clear(clearance, curve)
+    assert length(curve) <= length(path) + 1e-3
+    assert len(curve) <= CAPACITY
+
+
+def test_a_corner_in_the_open_is_rounded() -> None:
+    _, clearance = with_walls([])
+    path = [(20.5, 20.5), (60.5, 20.5), (60.5, 60.5)]
+    curve = rounded(clearance, path)
+    assert len(curve) > len(path)
+    assert turn(curve) < 0.6 * turn(path)
+    assert length(curve) < length(path) - 1.0
+
+
+def test_rounding_takes_no_more_points_than_there_is_room_for() -> None:
+    _, clearance = with_walls([])
+    path = [(20.5 + 4 * i, 64.5 + 8 * (i % 2)) for i in range(20)]
+    for capacity in range(20, CAPACITY + 1):
+        assert len(rounded(clearance, path, capacity)) <= capacity
+
+
+@given(walls, ways)
+def test_a_route_is_the_way_in_metres(where: set[tuple[int, int]], path: Path) -> None:
+    grid, clearance = with_walls(where)
+    assume(is_clear(clearance, path))
+    route = route_of(path)
+    lib.route_build(route, grid, clearance, len(path))
+    built = points(route.points_m, route.count)
+    ends = [lib.grid_to_metres(grid, vec2(*p)) for p in (path[0], path[-1])]
+    assert built[0] == pytest.approx((ends[0].x, ends[0].y), abs=1e-5)
+    assert built[-1] == pytest.approx((ends[1].x, ends[1].y), abs=1e-5)
+    assert lib.route_length_m(route) == pytest.approx(length(built), rel=1e-4)
+    assert lib.route_length_m(route) <= length(path) * grid.cell_m + 1e-3
+    assert route.revision == 1
+
+
+def test_an_empty_route_has_no_length() -> None:
+    route = route_of([])
+    grid, clearance = with_walls([])
+    assert lib.route_length_m(route) == 0.0
+    assert lib.route_clear_m(route, grid, clearance, 0.0) == 0.0
+    assert lib.route_known_m(route, grid, 0.1, 0.0) == 0.0
+
+
+@given(st.integers(70, 100), st.floats(0.0, 0.2))
+def test_a_route_is_clear_up_to_a_new_obstacle(ix: int, from_m: float) -> None:
+    route = route_of([(0.0, 0.0), (1.0, 0.0), (2.5, 0.0)])
+    grid, clearance = with_walls([])
+    assert lib.route_clear_m(route, grid, clearance, from_m) == pytest.approx(2.5, abs=1e-4)
+    _, clearance = with_walls([(ix, 64)])
+    wall_m = (ix - 64) * grid.cell_m
+    clear_m = lib.route_clear_m(route, grid, clearance, from_m)
+    assert wall_m - 0.11 <= clear_m <= wall_m + 1e-4
+    assert lib.route_clear_m(route, grid, clearance, wall_m + 0.11) == pytest.approx(2.5, abs=1e-4)
+
+
+@given(st.integers(70, 100), st.floats(0.0, 0.2), st.floats(0.0, 0.2))
+def test_a_route_is_known_up_to_what_nobody_has_seen(
+    ix: int, half_width_m: float, from_m: float
+) -> None:
+    route = route_of([(0.0, 0.025), (1.0, 0.025), (2.5, 0.025)])
+    grid = new_grid()
+    fill(grid, 3)
+    known_m = lib.route_known_m(route, grid, half_width_m, from_m)
+    assert known_m == pytest.approx(2.5, abs=1e-4)
+    lib.grid_set_value(grid, ix, 64, lib.GRID_UNKNOWN)
+    unseen_m = (ix - 64) * grid.cell_m
+    known_m = lib.route_known_m(route, grid, half_width_m, from_m)
+    assert unseen_m - 0.11 <= known_m <= unseen_m + 1e-4
+    lib.grid_set_value(grid, ix, 64, OCCUPIED)
+    assert lib.route_known_m(route, grid, half_width_m, from_m) == pytest.approx(2.5, abs=1e-4)
+
+
+@given(ways, st.floats(0.0, 50.0))
+def test_looking_along_a_route_ends(path: Path, from_m: float) -> None:
+    grid, clearance = with_walls([])
+    route = route_of([(x / 20 - 2.0, y / 20 - 2.0) for x, y in path])
+    fill(grid, 3)
+    end_m = lib.route_length_m(route)
+    clear_m = lib.route_clear_m(route, grid, clearance, from_m)
+    known_m = lib.route_known_m(route, grid, 0.1, from_m)
+    assert clear_m == pytest.approx(max(from_m, end_m), abs=1e-3)
+    assert known_m == pytest.approx(max(from_m, end_m), abs=1e-3)

@@ -10,7 +10,7 @@
 enum { X, Y, YAW, BIAS, SCALE, ITERATIONS = 3, MATCHED_MIN = 8, REJECTED_MAX = 2 };
 
 static const float DEG = 0.0174532925f;
-static const float BIAS_WALK_RPS = 0.03f * 0.0174532925f; ///< per square root of a second
+static const float BIAS_WALK_RPS = 5.2e-5f; ///< 0.003 deg/s per square root of a second
 static const float SCALE_WALK = 0.002f;
 static const float EXPLORING = 0.2f; ///< fewer matched ends than this share: new ground
 static const float FITTING = 0.5f;   ///< share of the matched ends that must agree
@@ -99,7 +99,7 @@ __attribute__((noinline)) static void predict_covariance(slam_t *slam, vec2_t mo
   slam->covariance[X][X] += flow_m2;
   slam->covariance[Y][Y] += flow_m2;
   slam->covariance[YAW][YAW] += slam->cfg.yaw_sd_rps * slam->cfg.yaw_sd_rps * elapsed_s;
-  slam->covariance[BIAS][BIAS] += BIAS_WALK_RPS * BIAS_WALK_RPS * elapsed_s * 0.01f;
+  slam->covariance[BIAS][BIAS] += BIAS_WALK_RPS * BIAS_WALK_RPS * elapsed_s;
   slam->covariance[SCALE][SCALE] += SCALE_WALK * SCALE_WALK * elapsed_s;
 }
 

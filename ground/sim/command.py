@@ -91,6 +91,7 @@ def _run(world: str, port: int, options: Options, json_file: Path | None) -> Non
     for name in simulator.unknown_eeprom_names:
         typer.echo(f"wayflie sim: EEPROM: no persistent parameter {name}", err=True)
     with Server(simulator.radio, port) as server:
+        simulator.warm_up()
         print(f"{READY}udp://{HOST}:{server.port}, world {world}", flush=True)
         simulator.run(server, lambda: bool(signals))
     if json_file is not None:

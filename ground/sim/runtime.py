@@ -20,6 +20,7 @@ from ground.sim.trouble import TroubleSpec
 from ground.sim.world import World
 
 _STEP_MS = round(PLANT_STEP_S * 1000)
+_START_S = 1.0
 _INITIAL_POSE = ("initialX", "initialY", "initialZ", "initialYaw")
 
 
@@ -67,6 +68,11 @@ class Simulator:
     def time_s(self) -> float:
         """Simulated time."""
         return self._plant.time_s
+
+    def warm_up(self) -> None:
+        """Pass the first second, in which the firmware starts and refuses to fly."""
+        while self.time_s < _START_S:
+            self.step()
 
     def deliver(self, address: Address, datagram: bytes) -> None:
         """Let a datagram arrive now, in simulated time."""

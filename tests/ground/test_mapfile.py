@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A written map can be read again, by others too."""
+
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from ground.core import CellState
+from ground.errors import GroundError
+from ground.map import GroundMap
+from ground.mapfile import PIXELS_PER_CELL, save_map
+from ground.model import MapPiece
+
+
+@pytest.fixture
+def grid() -> GroundMap:
+    """South-west tile free, with one wall cell in its second row."""
+    states = bytearray([CellState.FREE] * 64)
+    states[8 + 3] = CellState.OCCUPIED
+    grid = GroundMap()
+    grid.take_piece(MapPiece(0, 0, bytes(states), ((11, 0),)), 0.0)
+    return grid
+
+
+def test_png_is_a_picture_with_north_up(grid: GroundMap, tmp_path: Path) -> None:
+    save_map(grid, tmp_path / "map.png")
+    picture = matplotlib.image.imread(tmp_path / "map.png")
+    assert picture.shape == (128 * PIXELS_PER_CELL, 128 * PIXELS_PER_CELL)
+    cells = picture[::PIXELS_PER_CELL, ::PIXELS_PER_CELL][::-1]
+    assert cells[1, 3] == 0
+    assert cells[0, 0] > 0.99
+    assert 0.7 < cells[127, 127] < 0.9
+
+
+def test_npz_holds_the_arrays(grid: GroundMap, tmp_path: Path) -> None:
+    save_map(grid, tmp_path / "map.npz")
+    with np.load(tmp_path / "map.npz") as arrays:
+        assert np.array_equal(arrays["states"], grid.states)
+        assert arrays["obstacles_m"] == pytest.approx(grid.obstacles_m())
+        assert arrays["cell_m"] == pytest.approx(grid.cell_m)
+
+
+@pytest.mark.parametrize("name", ["map.bmp", "map"])
+def test_other_kinds_are_refused(grid: GroundMap, tmp_path: Path, name: str) -> None:
+    with pytest.raises(GroundError, match=r"use \.png or \.npz"):
+        save_map(grid, tmp_path / name)

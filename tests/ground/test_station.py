@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The station on a drone in memory: commands get through, the picture is right, silence is told."""
+
+import asyncio
+import itertools
+from collections.abc import Awaitable, Callable
+from dataclasses import replace
+
+import pytest
+
+from ground.core import EventCode, MissionCmd, MissionReason, MissionState
+from ground.errors import CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
+from ground.flight import fly
+from ground.model import (
+    Command,
+    EmergencyStop,
+    Event,
+    Health,
+    Heartbeat,
+    HelloRequest,
+    Outgoing,
+    ParameterValue,
+    Point,
+    Pose,
+    RoutePiece,
+    SetParameter,
+    Telemetry,
+)
+from ground.station import Station, station_on
+from tests.ground.fakelink import HELLO, FakeLink
+
+GOAL = Point(1.0, 2.0)
+
+
+def telemetry(drone_ms: int, state: MissionState, x_m: float = 0.0, y_m: float = 0.0) -> Telemetry:
+    pose = Pose(x_m, y_m, 0.4, 0.0)
+    return Telemetry(drone_ms, pose, GOAL, state, MissionReason.OK, 100)
+
+
+def event(code: EventCode, argument: int = 0, drone_ms: int = 100, place: Point = GOAL) -> Event:
+    return Event(1, drone_ms, code, argument, place)
+
+
+def with_station(link: FakeLink, work: Callable[[Station], Awaitable[None]]) -> None:
+    async def run() -> None:
+        async with station_on(link) as station:
+            await work(station)
+
+    asyncio.run(run())
+
+
+async def heard(link: FakeLink) -> None:
+    """Let the station take everything that was said."""
+    for _ in range(20):
+        await asyncio.sleep(0)
+
+
+def test_command_is_acknowledged_and_acts_once() -> None:
+    link = FakeLink()
+    with_station(link, lambda station: station.command(MissionCmd.GOTO, GOAL))
+    assert [(act.cmd, act.goal) for act in link.acts] == [(MissionCmd.GOTO, GOAL)]
+    assert link.closed
+
+
+def test_command_is_repeated_with_the_same_sequence_until_heard() -> None:
+    countdown = itertools.count()
+
+    def hears(message: Outgoing) -> bool:
+        return not isinstance(message, Command) or next(countdown) >= 3
+
+    link = FakeLink(hears)
+    with_station(link, lambda station: station.command(MissionCmd.LAND))
+    commands = [message for message in link.sent if isinstance(message, Command)]
+    assert len(commands) == 4
+    assert len(set(commands)) == 1
+    assert len(link.acts) == 1
+
+
+def test_each_command_has_a_sequence_of_its_own() -> None:
+    link = FakeLink()
+
+    async def work(station: Station) -> None:
+        for _ in range(5):
+            await station.command(MissionCmd.HOLD)
+
+    with_station(link, work)
+    assert len({act.sequence for act in link.acts}) == 5
+
+
+def test_refusal_carries_the_reason_in_words() -> None:
+    link = FakeLink(reason=MissionReason.BATTERY_LOW)
+    with pytest.raises(CommandRefused, match="battery is low") as refused:
+        with_station(link, lambda station: station.command(MissionCmd.TAKE_OFF))
+    assert refused.value.reason is MissionReason.BATTERY_LOW
+
+
+def test_a_deaf_drone_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ground.station.REPEAT_S", 0.001)
+    link = FakeLink(lambda message: not isinstance(message, Command))
+    with pytest.raises(NoAnswer, match="land"):
+        with_station(link, lambda station: station.command(MissionCmd.LAND))
+
+
+def test_waiting_ends_when_the_link_is_lost() -> None:
+    link = FakeLink(lambda message: not isinstance(message, Command))
+
+    async def work(station: Station) -> None:
+        asyncio.get_running_loop().call_soon(link.lose)
+        await station.command(MissionCmd.LAND)
+
+    with pytest.raises(LinkLost):
+        with_station(link, work)
+
+
+def test_another_grid_is_refused() -> None:
+    with pytest.raises(ProtocolMismatch, match="64 cells"):
+        with_station(FakeLink(hello=replace(HELLO, side_cells=64)), heard_nothing)
+
+
+async def heard_nothing(station: Station) -> None:
+    raise AssertionError("the station must not start")
+
+
+def test_heartbeats_follow_the_clock_of_the_drone() -> None:
+    link = FakeLink()
+
+    async def work(station: Station) -> None:
+        before = link.count(Heartbeat)
+        for drone_ms in range(0, 20_001, 50):
+            link.say(telemetry(drone_ms, MissionState.IDLE))
+        while station.picture.drone_ms < 20_000:
+            await asyncio.sleep(0)
+        assert 39 <= link.count(Heartbeat) - before <= 42
+
+    with_station(link, work)
+
+
+def test_heartbeats_go_on_when_nothing_is_heard(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ground.station.BEAT_WALL_S", 0.01)
+    link = FakeLink()
+
+    async def work(station: Station) -> None:
+        while link.count(Heartbeat) < 3:
+            await asyncio.sleep(0.005)
+
+    with_station(link, work)
+
+
+def test_a_restarted_drone_is_greeted_again() -> None:
+    link = FakeLink()
+
+    async def work(station: Station) -> None:
+        link.say(telemetry(50_000, MissionState.HOVER))
+        await heard(link)
+        before = link.count(HelloRequest)
+        link.say(telemetry(100, MissionState.IDLE))
+        await heard(link)
+        assert link.count(HelloRequest) == before + 1
+
+    with_station(link, work)
+
+
+def test_emergency_stop_is_repeated_until_locked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ground.station.REPEAT_S", 0.001)
+    link = FakeLink()
+
+    def hears(message: Outgoing) -> bool:
+        if link.count(EmergencyStop) == 4:
+            link.say(Health(1, 4.0, 0.0, 0, 0, 0, 0, 0, supervisor=1 << 6))
+        return True
+
+    link._hears = hears
+    with_station(link, lambda station: station.emergency_stop())
+    assert link.count(EmergencyStop) >= 4
+
+
+def test_parameter_returns_what_the_drone_made_of_it() -> None:
+    link = FakeLink()
+
+    def hears(message: Outgoing) -> bool:
+        if isinstance(message, SetParameter):
+            link.say(ParameterValue("way.height", 0.4))
+        return True
+
+    link._hears = hears
+
+    async def work(station: Station) -> None:
+        assert await station.set_parameter("way.height", 99.0) == 0.4
+        assert station.picture.parameters == {"way.height": 0.4}
+
+    with_station(link, work)
+
+
+def test_route_is_shown_when_all_pieces_have_come() -> None:
+    link = FakeLink()
+    points = [Point(float(i), 0.0) for i in range(8)]
+
+    async def work(station: Station) -> None:
+        link.say(RoutePiece(1, 6, 8, tuple(points[6:])))
+        await heard(link)
+        assert station.picture.route == ()
+        link.say(RoutePiece(1, 0, 8, tuple(points[:6])))
+        await heard(link)
+        assert station.picture.route == tuple(points)
+        link.say(RoutePiece(2, 0, 0, ()))
+        await heard(link)
+        assert station.picture.route == ()
+
+    with_station(link, work)
+
+
+FLIGHTS = [
+    (MissionCmd.GOTO, [event(EventCode.ARRIVED)], True, MissionReason.OK),
+    (MissionCmd.GOTO, [event(EventCode.FAULT, MissionReason.TUMBLED)], False, "TUMBLED"),
+    (MissionCmd.GOTO, [event(EventCode.REFUSED, MissionReason.STUCK)], False, "STUCK"),
+    (MissionCmd.TAKE_OFF, [event(EventCode.STATE, MissionState.HOVER)], True, "OK"),
+    (MissionCmd.LAND, [event(EventCode.STATE, MissionState.IDLE)], True, "OK"),
+    (
+        MissionCmd.LAND,
+        [
+            event(EventCode.FAULT, MissionReason.BATTERY_LOW),
+            event(EventCode.STATE, MissionState.IDLE),
+        ],
+        True,
+        "OK",
+    ),
+    (
+        MissionCmd.EXPLORE,
+        [event(EventCode.EXPLORED), event(EventCode.STATE, MissionState.IDLE)],
+        True,
+        "OK",
+    ),
+    (MissionCmd.EXPLORE, [event(EventCode.STATE, MissionState.IDLE)], False, "OK"),
+    (MissionCmd.HOME, [event(EventCode.STATE, MissionState.FAULT)], False, "OK"),
+]
+
+
+@pytest.mark.parametrize(("cmd", "events", "reached", "reason"), FLIGHTS)
+def test_events_decide_how_a_flight_ended(
+    cmd: MissionCmd, events: list[Event], reached: bool, reason: str | MissionReason
+) -> None:
+    link = FakeLink()
+    link.on_command = lambda command: link.say(*events)
+
+    async def work(station: Station) -> None:
+        outcome = await fly(station, cmd, GOAL)
+        assert outcome.reached is reached
+        assert reason in (outcome.reason, outcome.reason.name)
+
+    with_station(link, work)
+
+
+def test_telemetry_decides_where_the_event_was_lost() -> None:
+    link = FakeLink()
+    flown = [telemetry(t, MissionState.FOLLOW) for t in range(0, 1000, 50)]
+    there = [telemetry(t, MissionState.HOVER, 1.05, 1.95) for t in range(1000, 7000, 50)]
+    link.on_command = lambda command: link.say(*flown, *there)
+
+    async def work(station: Station) -> None:
+        assert (await fly(station, MissionCmd.GOTO, GOAL)).reached
+
+    with_station(link, work)
+
+
+def test_hovering_elsewhere_is_not_arriving() -> None:
+    link = FakeLink()
+    elsewhere = [telemetry(t, MissionState.HOVER, 0.0, 2.0) for t in range(0, 7000, 50)]
+    link.on_command = lambda command: link.say(*elsewhere)
+
+    async def work(station: Station) -> None:
+        assert not (await fly(station, MissionCmd.GOTO, GOAL)).reached
+
+    with_station(link, work)
+
+
+def test_an_event_of_the_flight_before_does_not_count() -> None:
+    link = FakeLink()
+
+    def answer(command: Command) -> None:
+        link.say(event(EventCode.ARRIVED, drone_ms=900))
+        link.say(event(EventCode.REFUSED, MissionReason.GOAL_OCCUPIED, drone_ms=1100))
+
+    link.on_command = answer
+
+    async def work(station: Station) -> None:
+        link.say(telemetry(1000, MissionState.HOVER))
+        await heard(link)
+        outcome = await fly(station, MissionCmd.GOTO, GOAL)
+        assert outcome.reason is MissionReason.GOAL_OCCUPIED
+        assert outcome.place == GOAL
+
+    with_station(link, work)

@@ -76,6 +76,7 @@ class SimulatorProcess:
 
     def kill(self) -> None:
         """End it without asking, if it still runs."""
-        if self._process is not None and self._process.poll() is None:
-            self._process.kill()
-            self._process.communicate()
+        if self._process is not None:
+            with self._process as process:  # closes its pipes, also when it ended by itself
+                if process.poll() is None:
+                    process.kill()

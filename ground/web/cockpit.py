@@ -80,6 +80,13 @@ class Cockpit:
         """Permit commands again. The drone itself stays locked until it is restarted."""
         self.stop_latched = False
 
+    async def close(self) -> None:
+        """Before the link is closed: let a stop that was pressed get through."""
+        if self._dead_man:
+            self._dead_man.cancel()
+        if self._stopping:
+            await self._stopping
+
     async def _stop(self) -> None:
         try:
             await self._connected().emergency_stop()

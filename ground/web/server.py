@@ -179,7 +179,7 @@ class _Server(uvicorn.Server):
 
 @contextlib.asynccontextmanager
 async def page_server(cockpit: Cockpit, port: int | None) -> AsyncIterator[str]:
-    """Serve the page meanwhile; gives its address. Port None: the usual one, or a free one."""
+    """Serve the page meanwhile, at the address given. Port None: the usual or a free one."""
     listener = _listen(port)
     config = uvicorn.Config(
         make_app(cockpit),
@@ -194,6 +194,7 @@ async def page_server(cockpit: Cockpit, port: int | None) -> AsyncIterator[str]:
     try:
         yield f"http://127.0.0.1:{listener.getsockname()[1]}/"
     finally:
+        await cockpit.close()
         server.should_exit = True
         await serving
 

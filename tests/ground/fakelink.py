@@ -11,6 +11,7 @@ from ground.model import (
     Ack,
     Command,
     EmergencyStop,
+    Health,
     Heartbeat,
     Hello,
     HelloRequest,
@@ -22,6 +23,7 @@ from ground.model import (
     Point,
 )
 
+LOCKED = Health(1000, 4.0, 0.0, 0, 0, 0, 0, 0, supervisor=1 << 6)
 HELLO = Hello(Capability.RRTSTAR, 0, 0.05, 128, Point(-3.2, -3.2))
 
 
@@ -76,6 +78,8 @@ class FakeLink:
                     self.acts.append(message)
                     self.on_command(message)
                 self.say(Ack(sequence, cmd, self._reason))
+            case EmergencyStop():
+                self.say(LOCKED)
 
     def count(self, kind: type[Heartbeat] | type[EmergencyStop] | type[HelloRequest]) -> int:
         return sum(isinstance(message, kind) for message in self.sent)

@@ -92,6 +92,7 @@ class Drone:
         await self.link.open()
         self.cockpit.station = station
         yield
+        await self.cockpit.close()
         await self.link.close()
         await running
 

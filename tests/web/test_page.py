@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The page in a real browser: a click becomes a goal, Space stops, the map is drawn."""
+
+import asyncio
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import pytest
+from playwright.sync_api import Page, expect, sync_playwright
+
+from ground.core import CellState, MissionCmd, MissionReason, MissionState
+from ground.model import EmergencyStop, MapPiece, Point, Pose, Ranges, Telemetry
+from ground.station import station_on
+from ground.web.cockpit import Cockpit
+from ground.web.server import page_server
+from tests.ground.fakelink import FakeLink
+
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
+WAIT_MS = 20_000
+
+
+class Ground:
+    """The ground station in a thread of its own, with a drone in memory."""
+
+    def __init__(self) -> None:
+        self.link = FakeLink()
+        self.cockpit = Cockpit()
+        self.address = ""
+        self._loop = asyncio.new_event_loop()
+        self._ready = threading.Event()
+        self._done = asyncio.Event()
+
+    def call(self, work: Callable[[], object]) -> None:
+        """Run in the station's loop."""
+        self._loop.call_soon_threadsafe(work)
+
+    @contextmanager
+    def running(self) -> Iterator["Ground"]:
+        thread = threading.Thread(target=self._loop.run_until_complete, args=(self._serve(),))
+        thread.start()
+        assert self._ready.wait(20)
+        yield self
+        self.call(self._done.set)
+        thread.join()
+        self._loop.close()
+
+    async def _serve(self) -> None:
+        async with station_on(self.link) as station, page_server(self.cockpit, 0) as self.address:
+            self.cockpit.station = station
+            self._ready.set()
+            await self._done.wait()
+
+
+def hovering(goal: Point) -> Telemetry:
+    pose = Pose(0.5, -0.25, 0.4, 0.0)
+    return Telemetry(1000, pose, goal, MissionState.HOVER, MissionReason.OK, 100)
+
+
+@pytest.fixture
+def ground() -> Iterator[Ground]:
+    ground = Ground()
+    with ground.running():
+        ground.call(lambda: ground.link.say(hovering(Point(0.0, 0.0))))
+        yield ground
+
+
+@pytest.fixture
+def page(ground: Ground) -> Iterator[Page]:
+    """The page at a desk, in the light; nothing but this machine may be asked for anything."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=ARGUMENTS)
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
+        problems: list[str] = []
+        page.on("pageerror", lambda error: problems.append(str(error)))
+        page.on("console", lambda line: line.type == "error" and problems.append(line.text))
+        page.on(
+            "request",
+            lambda request: (
+                request.url.startswith((ground.address, "data:")) or problems.append(request.url)
+            ),
+        )
+        page.goto(ground.address)
+        expect(page.locator("#state")).to_have_text("holding its place", timeout=WAIT_MS)
+        yield page
+        browser.close()
+        assert problems == []
+
+
+def wait_until(page: Page, condition: Callable[[], bool]) -> None:
+    for _ in range(WAIT_MS // 20):
+        if condition():
+            return
+        page.wait_for_timeout(20)
+    raise AssertionError("it did not happen")
+
+
+def test_a_click_becomes_a_goal_and_space_stops(ground: Ground, page: Page) -> None:
+    link = ground.link
+    page.wait_for_timeout(1500)  # the view glides to what is known, then rests
+    box = page.locator("#map").bounding_box()
+    assert box is not None
+    middle_x, middle_y = box["width"] / 2, box["height"] / 2
+    page.locator("#map").click(position={"x": middle_x + 100, "y": middle_y - 50})
+    wait_until(page, lambda: bool(link.acts))
+    assert link.acts[0].cmd is MissionCmd.GOTO
+    goal = link.acts[0].goal
+    assert goal.x_m > 0.3
+    assert goal.y_m > 0.15
+    assert goal.x_m == pytest.approx(2 * goal.y_m, rel=0.05), "100 pixels right, 50 up"
+
+    page.get_by_role("button", name="Explore").click()
+    wait_until(page, lambda: len(link.acts) == 2)
+    assert link.acts[1].cmd is MissionCmd.EXPLORE
+
+    page.keyboard.press("Space")
+    wait_until(page, lambda: link.count(EmergencyStop) > 0)
+    expect(page.locator("#state")).to_have_text("stopped", timeout=WAIT_MS)
+    expect(page.locator("#latched")).to_contain_text("motors are cut", timeout=WAIT_MS)
+    for name in ("Take off", "Explore", "Home", "Hold", "Scan", "Land"):
+        expect(page.get_by_role("button", name=name, exact=True)).to_be_disabled()
+    page.locator("#map").click(position={"x": middle_x, "y": middle_y})
+    page.get_by_role("button", name="Release").click()
+    expect(page.get_by_role("button", name="Land")).to_be_enabled(timeout=WAIT_MS)
+    assert len(link.acts) == 2, "nothing but the two commands before the stop"
+
+
+def test_a_refusal_is_shown_in_words(page: Page, ground: Ground) -> None:
+    ground.link._reason = MissionReason.BATTERY_LOW
+    page.get_by_role("button", name="Explore").click()
+    toast = page.get_by_role("status")
+    expect(toast).to_have_text("Explore refused: the battery is low", timeout=WAIT_MS)
+
+
+def test_the_map_is_drawn_where_it_lies(page: Page, ground: Ground) -> None:
+    states = bytearray([CellState.FREE] * 64)
+    states[0:8] = [CellState.OCCUPIED] * 8
+    ranges = Ranges(1000, 1.0, 2.0, None, 0.5, None)
+    pieces = [MapPiece(tile, 0, bytes(states), ()) for tile in range(256)]
+    ground.call(lambda: ground.link.say(ranges, *pieces))
+    expect(page.locator("#map-complete")).to_have_text("100 %", timeout=WAIT_MS)
+    page.wait_for_timeout(2000)
+    colours = page.evaluate(
+        """() => {
+          const canvas = document.getElementById("map");
+          const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+          const seen = {};
+          for (let i = 0; i < data.length; i += 4) {
+            const key = `${data[i]},${data[i + 1]},${data[i + 2]}`;
+            seen[key] = (seen[key] ?? 0) + 1;
+          }
+          return seen;
+        }"""
+    )
+    free, occupied = colours["255,255,255"], colours["139,152,147"]
+    assert occupied / (free + occupied) == pytest.approx(1 / 8, abs=0.03)
+
+
+def test_a_lost_drone_is_told_and_cannot_be_commanded(page: Page, ground: Ground) -> None:
+    ground.call(lambda: ground.link.lose())
+    expect(page.locator("#link")).to_have_attribute("data-state", "lost", timeout=WAIT_MS)
+    expect(page.get_by_role("button", name="Land")).to_be_disabled(timeout=WAIT_MS)

@@ -49,7 +49,10 @@ def test_clients_connect_whole_and_then_lose_datagrams_both_ways(tmp_path: Path)
             for _ in range(20):
                 client.send(5, 1, b"\6\1" + struct.pack("<BH", 7, battery))
                 client.send(5, 1, b"\3\1\1")
-            stamps = [int.from_bytes(client.receive(5, 2)[1:4], "little") for _ in range(100)]
+            stamps = []
+            for _ in range(100):
+                client.send(15, 3)
+                stamps.append(int.from_bytes(client.receive(5, 2)[1:4], "little"))
         status = simulator.stop()
     assert stamps == sorted(stamps)
     assert 140 < (stamps[-1] - stamps[0]) / 10 < 280

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fly to a goal and rebuild the map: a plain cflib script that knows the documented bytes only.
+
+    python cflib_script.py udp://127.0.0.1:19850 1.5 0.8
+
+Bytes are those of firmware_app/core/wire.h; the states are those of mission.h. The result is
+printed as JSON: where the drone says it is, and the grid as text, first row southernmost.
+"""
+
+import json
+import struct
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+import cflib.crtp
+from cflib.crazyflie import Crazyflie
+from cflib.crazyflie.log import LogConfig
+from cflib.crazyflie.syncCrazyflie import SyncCrazyflie
+
+SIDE_CELLS, TILE_CELLS, TILES = 128, 8, 256
+IDLE, HOVER, FAULT = 0, 6, 9
+GO_TO, LAND = 2, 5
+HELLO_REQUEST = struct.pack("<BBB14x", 1, 1, 1)
+LIMIT_S = 100.0
+
+Taker = Callable[[int, dict, LogConfig], None]
+
+
+def decode_tile(piece: bytes) -> tuple[int, list[int]] | None:
+    """Tile number and its 64 states (0 unknown, 1 free, 2 occupied); None if the check fails."""
+    check = 2166136261
+    for byte in (*piece[:25], piece[25] & 3):
+        check = (check ^ byte) * 16777619 & 0xFFFFFFFF
+    check ^= check >> 16
+    if (check ^ check >> 6) & 63 != piece[25] >> 2:
+        return None
+    return piece[24], [piece[i // 4] >> (i % 4 * 2) & 3 for i in range(64)]
+
+
+class Flight:
+    """What the drone has told so far."""
+
+    def __init__(self, cf: Crazyflie) -> None:
+        self.cf = cf
+        self.tiles: dict[int, list[int]] = {}
+        self.status: dict[str, float] = {}
+        self.hello: dict[str, object] = {}
+        self.greeted = threading.Event()
+        cf.appchannel.packet_received.add_callback(self.take_packet)
+        self.log("waymap", 20, [f"m{i}" for i in range(7)], self.take_piece)
+        self.log("way", 20, ["state", "fault", "x", "y"], self.take_status)
+
+    def log(self, group: str, period_ms: int, names: list[str], take: Taker) -> None:
+        block = LogConfig(group, period_ms)
+        for name in names:
+            block.add_variable(f"{group}.{name}")
+        self.cf.log.add_config(block)
+        block.data_received_cb.add_callback(take)
+        block.start()
+
+    def take_packet(self, packet: bytearray) -> None:
+        if bytes(packet[:2]) == b"\1\1":
+            cell_mm, _, x_m, y_m = struct.unpack("<5xHHff", bytes(packet))
+            self.hello = {"cell_m": cell_mm / 1000, "origin_m": [x_m, y_m]}
+            self.greeted.set()
+
+    def take_piece(self, time_ms: int, values: dict[str, int], block: LogConfig) -> None:
+        words = [values[f"waymap.m{i}"] for i in range(7)]
+        tile = decode_tile(struct.pack("<6IH", *words))
+        if tile is not None:
+            self.tiles[tile[0]] = tile[1]
+
+    def take_status(self, time_ms: int, values: dict[str, float], block: LogConfig) -> None:
+        self.status = {name.removeprefix("way."): value for name, value in values.items()}
+
+    def command(self, number: int) -> None:
+        self.cf.param.set_value("way.cmd", number)
+
+    def wait_for(self, condition: Callable[[], bool]) -> None:
+        end_s = time.monotonic() + LIMIT_S
+        while not condition():
+            if time.monotonic() > end_s or self.status.get("state") == FAULT:
+                sys.exit(f"gave up: {self.status}, {len(self.tiles)} tiles")
+            time.sleep(0.01)
+
+    def grid(self) -> list[str]:
+        rows = [["?"] * SIDE_CELLS for _ in range(SIDE_CELLS)]
+        for tile, states in self.tiles.items():
+            y, x = (TILE_CELLS * part for part in divmod(tile, SIDE_CELLS // TILE_CELLS))
+            for i, state in enumerate(states):
+                rows[y + i // TILE_CELLS][x + i % TILE_CELLS] = "?.#"[state]
+        return ["".join(row) for row in rows]
+
+
+def main(uri: str, goal_x: float, goal_y: float) -> None:
+    cflib.crtp.init_drivers()
+    with SyncCrazyflie(uri, cf=Crazyflie()) as connected:
+        connected.wait_for_params()
+        flight = Flight(connected.cf)
+        connected.cf.param.set_value("way.goalX", goal_x)
+        connected.cf.param.set_value("way.goalY", goal_y)
+        flight.command(GO_TO)
+        flight.wait_for(lambda: flight.status.get("state", IDLE) != IDLE)
+        flight.wait_for(lambda: flight.status["state"] == HOVER)
+        arrived = dict(flight.status)
+        connected.cf.appchannel.send_packet(HELLO_REQUEST)
+        flight.wait_for(flight.greeted.is_set)
+        flight.wait_for(lambda: len(flight.tiles) == TILES)
+        flight.command(LAND)
+        flight.wait_for(lambda: flight.status["state"] == IDLE)
+    print(json.dumps({"arrived": arrived, "grid": flight.grid(), **flight.hello}))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], float(sys.argv[2]), float(sys.argv[3]))

@@ -24,8 +24,7 @@ enum {
   SOURCE_BATTERY = SOURCE_VARIANCE + 3,
   SOURCE_RANGE,
   SOURCES = SOURCE_RANGE + SCAN_RANGES,
-  RANGE_NOTHING_MM =
-      8000, ///< from here on the sensor has seen nothing; 32767 is its own word for it
+  RANGE_NOTHING_MM = 8000, ///< from here on nothing was seen; 32767 is said so
   SETTLE_MS = 1000,
 };
 

@@ -165,6 +165,7 @@ def test_without_a_client_nothing_is_sent(drone: Drone) -> None:
 
 
 GOOD = encode_request(take_off(9))
+HELLO = encode_request(HelloRequest())
 NONSENSE = {
     "short": GOOD[:-1],
     "long": GOOD + b"\0",
@@ -174,6 +175,7 @@ NONSENSE = {
     "one byte": b"\1",
     "full": b"\xff" * PACKET_BYTES,
     "an answer": bytes((WIRE_VERSION, WireType.ACK, 1, 0, 1, 0)),
+    "a hello that answers": HELLO[:2] + b"\0" + HELLO[3:],
 }
 
 

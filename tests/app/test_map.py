@@ -109,19 +109,40 @@ def test_the_stream_tells_the_whole_map(mapped: Drone) -> None:
     assert known == mapped.log("way.known") > 500
 
 
-@pytest.mark.parametrize(("pitch_deg", "wall"), [(-15.0, False), (15.0, True)])
-def test_nose_down_the_floor_is_no_wall(drone: Drone, pitch_deg: float, wall: bool) -> None:
-    """An echo at 1.55 m comes from the floor if the nose is down 15 degrees at 0.4 m height."""
+FRONT, LEFT, RIGHT = 0, 2, 3
+BEARINGS = {FRONT: 0.0, LEFT: math.pi / 2, RIGHT: -math.pi / 2}
+
+
+@pytest.mark.parametrize(
+    ("pitch_deg", "roll_deg", "beam", "wall"),
+    [
+        (-15.0, 0.0, FRONT, False),
+        (15.0, 0.0, FRONT, True),
+        (0.0, 15.0, RIGHT, False),
+        (0.0, 15.0, LEFT, True),
+        (0.0, -15.0, LEFT, False),
+    ],
+)
+def test_where_a_side_hangs_down_the_floor_is_no_wall(
+    drone: Drone, pitch_deg: float, roll_deg: float, beam: int, wall: bool
+) -> None:
+    """At 0.4 m height a beam 15 degrees down meets the floor after 1.55 m; upwards it is a wall.
+
+    Nose up and right side down are positive.
+    """
     drone.write("way.slam", 0)
     drone.command(MissionCmd.TAKE_OFF)
     drone.run_until(MissionState.HOVER)
-    drone.readings.pitch_deg = pitch_deg
+    drone.readings.pitch_deg, drone.readings.roll_deg = pitch_deg, roll_deg
     for i in range(10):
-        drone.hang(0.1, (1550 + i % 2, 2000, 2000, 2000, 2000))
-    yaw, level_m = math.radians(drone.log("way.yaw")), 1.55 * math.cos(math.radians(pitch_deg))
+        ranges = [32767] * 5
+        ranges[beam] = 1550 + i % 2
+        drone.hang(0.1, (ranges[0], ranges[1], ranges[2], ranges[3], ranges[4]))
+    bearing = math.radians(drone.log("way.yaw")) + BEARINGS[beam]
+    level_m = 1.55 * math.cos(math.radians(15.0))
     at_m = (
-        drone.log("way.x") + level_m * math.cos(yaw),
-        drone.log("way.y") + level_m * math.sin(yaw),
+        drone.log("way.x") + level_m * math.cos(bearing),
+        drone.log("way.y") + level_m * math.sin(bearing),
     )
     reader = block(drone, NAMES)
     found: dict[int, bool] = {}

@@ -20,8 +20,8 @@ _STOP_S = 20.0
 class SimulatorProcess:
     """Context: the simulator runs and its uri answers. stop() returns its status."""
 
-    def __init__(self, *arguments: str, port: int = 0) -> None:
-        self._arguments = [*arguments, "--port", str(port)]
+    def __init__(self, *arguments: str, port: int = 0, python: str = sys.executable) -> None:
+        self._command = [python, "-m", "ground.sim", *arguments, "--port", str(port)]
         self._folder = tempfile.TemporaryDirectory(prefix="wayflie-sim-")
         self._json = Path(self._folder.name) / "status.json"
         self._process: subprocess.Popen[str] | None = None
@@ -42,7 +42,7 @@ class SimulatorProcess:
 
     def start(self) -> str:
         """Start it and wait until clients may connect; the uri."""
-        command = [sys.executable, "-m", "ground.sim", *self._arguments, "--json", str(self._json)]
+        command = [*self._command, "--json", str(self._json)]
         process = subprocess.Popen(
             command,
             stdout=subprocess.PIPE,

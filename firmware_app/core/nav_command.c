@@ -193,6 +193,7 @@ mission_reason_t nav_command(nav_t *nav, const nav_command_t *command) {
   if (command->cmd == MISSION_CMD_FORGET) {
     nav->mapped = airborne;
     nav_make_map(nav);
+    nav_apply(nav, MISSION_EV_SCAN); // the route went with the map: look, then plan again
     return MISSION_OK;
   }
   return airborne ? command_airborne(nav, command) : command_grounded(nav, command);

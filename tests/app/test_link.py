@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The app channel: each command acts once, nonsense is counted, nothing blocks."""
 
+import math
 import random
 
 import pytest
@@ -121,7 +122,10 @@ def test_a_forgotten_map_takes_its_route_along(drone: Drone) -> None:
     drone.run(0.04)
     sent = drone.messages()
     assert any(isinstance(m, Hello) and m.epoch == 2 for m in sent)
-    assert RoutePiece(1, 0, 0, ()) in sent
+    assert any(isinstance(m, RoutePiece) and m.total == 0 for m in sent)
+    assert drone.state is MissionState.SCAN
+    drone.run_until(MissionState.HOVER)
+    assert math.dist((drone.log("way.x"), drone.log("way.y")), (1.4, 1.0)) < 0.2
 
 
 def test_the_app_goes_on_talking(drone: Drone) -> None:

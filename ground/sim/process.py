@@ -55,6 +55,7 @@ class SimulatorProcess:
         line = process.stdout.readline()
         if not line.startswith(READY):
             _, errors = process.communicate()
+            self._folder.cleanup()
             raise SimulatorFailed(errors.strip() or "the simulator ended at once")
         self.uri = line.removeprefix(READY).split(",")[0]
         return self.uri

@@ -32,6 +32,14 @@ class Check:
         return bool(_SENSES[self.sense](self.value, self.limit))
 
 
+@dataclass(frozen=True, slots=True)
+class Files:
+    """What a flight leaves behind, where wanted."""
+
+    report: Path | None = None
+    recording: Path | None = None
+
+
 def write_report(path: Path, figures: Mapping[str, object], checks: Sequence[Check]) -> None:
     """One JSON object: the figures, and the list `checks`."""
     rows = [{**asdict(check), "ok": check.ok} for check in checks]

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import signal
 import sys
 from collections.abc import Coroutine
 from pathlib import Path
@@ -15,6 +16,7 @@ from rich.console import Console
 from rich.logging import RichHandler
 
 from ground import __version__
+from ground.checks import Files
 from ground.errors import GroundError
 
 SIMULATOR_URI = "udp://127.0.0.1:19850"
@@ -42,6 +44,9 @@ Uri = Annotated[
 JsonFile = Annotated[
     Path | None, typer.Option("--json", help="Write figures and checks to this file.")
 ]
+Record = Annotated[
+    Path | None, typer.Option("--record", help="Record the flight into this MCAP file.")
+]
 Port = Annotated[
     int | None, typer.Option(min=0, max=65535, help="Of the page; the usual or a free one.")
 ]
@@ -54,6 +59,8 @@ def _fail(sentence: str) -> NoReturn:
 
 def _run(work: Coroutine[Any, Any, bool]) -> None:
     """Run to the end. Exit 0 if it reached what was asked, 1 if not, 130 after Ctrl-C."""
+    # Being asked to end is as Ctrl-C: land first.
+    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     try:
         reached = asyncio.run(work)
     except GroundError as error:
@@ -124,6 +131,18 @@ def ground(uri: Uri = SIMULATOR_URI, port: Port = None) -> None:
     _run(serve_ground(uri, port, out))
 
 
+@app.command()
+def replay(
+    file: Annotated[Path, typer.Argument(help="What `wayflie goto --record` has written.")],
+    speed: Annotated[float, typer.Option(min=0.1, max=1000.0, help="Times as fast.")] = 1.0,
+    port: Port = None,
+) -> None:
+    """Show a recorded flight on the page again."""
+    from ground.commands import replay_flight
+
+    _run(replay_flight(file, speed, port, out))
+
+
 @app.command(context_settings={"ignore_unknown_options": True})
 def goto(
     x: Annotated[float, typer.Argument(help="Metres forward of the take-off place.")],
@@ -133,36 +152,37 @@ def goto(
         bool, typer.Option("--hold", help="Hover there until Ctrl-C instead of landing.")
     ] = False,
     json_file: JsonFile = None,
+    record: Record = None,
 ) -> None:
     """Fly to a point and land there."""
     from ground.commands import fly_to
 
-    _run(fly_to(uri, x, y, hold, json_file, out))
+    _run(fly_to(uri, x, y, hold, Files(json_file, record), out))
 
 
 @app.command()
-def explore(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None) -> None:
+def explore(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None, record: Record = None) -> None:
     """Map everything that can be reached, come back and land."""
-    _mission("EXPLORE", uri, json_file)
+    _mission("EXPLORE", uri, Files(json_file, record))
 
 
 @app.command()
 def home(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None) -> None:
     """Fly back to where it took off, and land."""
-    _mission("HOME", uri, json_file)
+    _mission("HOME", uri, Files(json_file))
 
 
 @app.command()
 def land(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None) -> None:
     """Land where it is."""
-    _mission("LAND", uri, json_file)
+    _mission("LAND", uri, Files(json_file))
 
 
-def _mission(name: str, uri: str, json_file: Path | None) -> None:
+def _mission(name: str, uri: str, files: Files) -> None:
     from ground.commands import fly_mission
     from ground.core import MissionCmd
 
-    _run(fly_mission(uri, MissionCmd[name], json_file, out))
+    _run(fly_mission(uri, MissionCmd[name], files, out))
 
 
 @app.command()

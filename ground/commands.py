@@ -10,13 +10,15 @@ from pathlib import Path
 
 from rich.console import Console
 
-from ground.checks import Check, write_report
+from ground.checks import Check, Files, write_report
 from ground.core import MissionCmd
-from ground.errors import NotReached
+from ground.errors import LinkLost, NotReached
 from ground.flight import Outcome, fly
 from ground.link_radio import RadioLink
+from ground.link_replay import ReplayLink
 from ground.mapfile import save_map
 from ground.model import Point
+from ground.record import RecordedLink
 from ground.session import (
     explain,
     fly_when_settled,
@@ -33,23 +35,23 @@ MAP_PATIENCE_S = 30.0
 
 
 @contextlib.asynccontextmanager
-async def _flying(uri: str, out: Console) -> AsyncIterator[Station]:
+async def _flying(uri: str, files: Files, out: Console) -> AsyncIterator[Station]:
+    radio = RadioLink(uri)
+    link = RecordedLink(radio, files.recording) if files.recording else radio
     async with (
-        station_on(RadioLink(uri)) as station,
+        station_on(link) as station,
         narrated(station, out),
         landing_on_interrupt(station, out),
     ):
         yield station
 
 
-async def fly_to(
-    uri: str, x_m: float, y_m: float, hold: bool, json_file: Path | None, out: Console
-) -> bool:
+async def fly_to(uri: str, x_m: float, y_m: float, hold: bool, files: Files, out: Console) -> bool:
     """Fly to a point of the map, then land there or hover until Ctrl-C."""
-    async with _flying(uri, out) as station:
+    async with _flying(uri, files, out) as station:
         goal = Point(x_m, y_m)
         outcome = await fly_when_settled(station, MissionCmd.GOTO, goal, out)
-        _write_report(station, outcome, json_file)
+        _write_report(station, outcome, files.report)
         if outcome.reached:
             out.print("[green]arrived[/]")
         if outcome.reached and hold:
@@ -60,11 +62,11 @@ async def fly_to(
     return _reached(MissionCmd.GOTO, outcome)
 
 
-async def fly_mission(uri: str, cmd: MissionCmd, json_file: Path | None, out: Console) -> bool:
+async def fly_mission(uri: str, cmd: MissionCmd, files: Files, out: Console) -> bool:
     """A command without a goal."""
-    async with _flying(uri, out) as station:
+    async with _flying(uri, files, out) as station:
         outcome = await fly_when_settled(station, cmd, None, out)
-        _write_report(station, outcome, json_file)
+        _write_report(station, outcome, files.report)
     return _reached(cmd, outcome)
 
 
@@ -113,6 +115,21 @@ async def fetch_map(uri: str, file: Path, out: Console) -> bool:
         f"{file}: {grid.known_cells} known cells, {grid.completeness:.0%} of the map received"
     )
     return grid.completeness == 1
+
+
+async def replay_flight(file: Path, speed: float, port: int | None, out: Console) -> bool:
+    """Show a recording on the page, until Ctrl-C."""
+    async with (
+        station_on(ReplayLink(file, speed)) as station,
+        narrated(station, out),
+        page_server(Cockpit(station), port) as address,
+    ):
+        out.print(f"page: [bold]{address}[/]   recording: {file}   (Ctrl-C ends)")
+        with contextlib.suppress(LinkLost):
+            await station.ended()
+        out.print("the recording has ended; the page stays until Ctrl-C")
+        await asyncio.Event().wait()
+    return True
 
 
 async def serve_ground(uri: str, port: int | None, out: Console) -> bool:

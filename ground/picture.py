@@ -41,6 +41,7 @@ class Picture:
         self.link = LinkChange(LinkState.CLOSED, "not connected")
         self.map = GroundMap()
         self.route: tuple[Point, ...] = ()
+        self.route_complete = True
         self.trail: deque[Point] = deque(maxlen=TRAIL_POINTS)
         self.trail_count = 0
         self.events: deque[Event] = deque(maxlen=EVENTS_KEPT)
@@ -101,9 +102,8 @@ class Picture:
             self._route_parts = {}
         for offset, point in enumerate(piece.points):
             self._route_parts[piece.first + offset] = point
-        if piece.total == 0:
-            self.route = ()
-        elif all(i in self._route_parts for i in range(piece.total)):
+        self.route_complete = all(i in self._route_parts for i in range(piece.total))
+        if self.route_complete:
             self.route = tuple(self._route_parts[i] for i in range(piece.total))
 
     def _take_console(self, text: str) -> None:

@@ -48,7 +48,7 @@ async def _narrate(station: Station, console: Console) -> None:
                 case Event(code=EventCode.FAULT) as event:
                     words = REASON_WORDS[event.reason]
                     console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  [red]{words}[/]")
-                case LinkChange(LinkState.SILENT | LinkState.LOST, detail):
+                case LinkChange(LinkState.SILENT, detail):
                     console.print(f"[yellow]link: {detail}[/]")
 
 

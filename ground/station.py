@@ -42,6 +42,7 @@ REPEAT_S = 0.2
 REPEATS = 25
 BEAT_DRONE_MS = 500
 BEAT_WALL_S = 0.5
+ROUTE_PATIENCE_MS = 2000
 RESTART_MS = 1000  # the drone's clock goes back by more: it was restarted
 LISTENER_MESSAGES = 1024
 
@@ -81,6 +82,7 @@ class Station:
         self._beats = itertools.count()
         self._beaten_ms = 0
         self._beaten_s = float("-inf")
+        self._route_complete_ms = 0
         self._ended = asyncio.Event()
         self.picture = Picture()
 
@@ -191,10 +193,20 @@ class Station:
         self.picture.take(message, time.monotonic())
         if self.picture.drone_ms < before_ms - RESTART_MS or self.picture.map.epoch != epoch:
             self._link.send(HelloRequest())
+        self._recover_route()
         if self.picture.drone_ms - self._beaten_ms >= BEAT_DRONE_MS or before_ms < self._beaten_ms:
             self._beat()
         for listener in self._listeners:
             listener.put(message)
+
+    def _recover_route(self) -> None:
+        """A piece of the route that is missing for long was lost: ask again."""
+        waited_ms = self.picture.drone_ms - self._route_complete_ms
+        if self.picture.route_complete or waited_ms < 0:
+            self._route_complete_ms = self.picture.drone_ms
+        elif waited_ms > ROUTE_PATIENCE_MS:
+            self._route_complete_ms = self.picture.drone_ms
+            self.ask_snapshot()
 
     def _beat(self) -> None:
         self._beaten_ms = self.picture.drone_ms

@@ -61,6 +61,11 @@ class FakeLink:
         for message in messages:
             self._inbox.put_nowait(message)
 
+    @property
+    def idle(self) -> bool:
+        """Everything that was said has been taken."""
+        return self._inbox.empty()
+
     def lose(self) -> None:
         """The link breaks."""
         self.say(LinkChange(LinkState.LOST, "broken"))

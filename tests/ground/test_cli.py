@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from ground.checks import Check, write_report
 from ground.cli import app
 
-COMMANDS = ("demo", "sim", "ground", "goto", "explore", "home", "land", "stop", "map")
+COMMANDS = ("demo", "sim", "ground", "goto", "explore", "home", "land", "stop", "map", "replay")
 
 
 @pytest.fixture

@@ -17,7 +17,8 @@ from ground.cli import app
 from ground.core import MissionCmd, MissionReason, MissionState
 from ground.flight import fly
 from ground.link_radio import RadioLink
-from ground.model import LinkState, Point
+from ground.link_replay import read_recording
+from ground.model import Beat, Event, Health, LinkState, MapPiece, Point, Ranges, Telemetry
 from ground.sim.process import SimulatorProcess
 from ground.station import Station, station_on
 
@@ -53,9 +54,12 @@ def test_demo_reaches_its_goal(tmp_path: Path) -> None:
 
 def test_goto_flies_and_reports(simulator: SimulatorProcess, tmp_path: Path) -> None:
     report = tmp_path / "goto.json"
-    code, errors = run("goto", "1.0", "0.5", "--uri", simulator.uri, "--json", str(report))
+    files = ["--json", str(report), "--record", str(tmp_path / "goto.mcap")]
+    code, errors = run("goto", "1.0", "0.5", "--uri", simulator.uri, *files)
     assert (code, errors) == (0, "")
     assert json.loads(report.read_text())["reached"] is True
+    last = [message for _, message in read_recording(tmp_path / "goto.mcap")][-1]
+    assert isinstance(last, Telemetry | MapPiece | Health | Ranges | Beat | Event)
     truth = simulator.stop()
     assert truth["collisions"] == 0
     assert truth["path_m"] > 1.0

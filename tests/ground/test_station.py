@@ -23,6 +23,7 @@ from ground.model import (
     Pose,
     RoutePiece,
     SetParameter,
+    SnapshotRequest,
     Telemetry,
 )
 from ground.station import Station, station_on
@@ -50,8 +51,9 @@ def with_station(link: FakeLink, work: Callable[[Station], Awaitable[None]]) -> 
 
 async def heard(link: FakeLink) -> None:
     """Let the station take everything that was said."""
-    for _ in range(20):
+    while not link.idle:
         await asyncio.sleep(0)
+    await asyncio.sleep(0)
 
 
 def test_command_is_acknowledged_and_acts_once() -> None:
@@ -198,6 +200,28 @@ def test_route_is_shown_when_all_pieces_have_come() -> None:
         link.say(RoutePiece(2, 0, 0, ()))
         await heard(link)
         assert station.picture.route == ()
+
+    with_station(link, work)
+
+
+def test_a_lost_piece_of_the_route_is_asked_for_again() -> None:
+    link = FakeLink()
+
+    async def work(station: Station) -> None:
+        link.say(RoutePiece(1, 0, 8, (GOAL,) * 6))
+        for drone_ms in range(0, 1951, 50):
+            link.say(telemetry(drone_ms, MissionState.FOLLOW))
+        await heard(link)
+        assert SnapshotRequest() not in link.sent
+        for drone_ms in range(2000, 3001, 50):
+            link.say(telemetry(drone_ms, MissionState.FOLLOW))
+        await heard(link)
+        assert link.sent.count(SnapshotRequest()) == 1
+        link.say(RoutePiece(1, 6, 8, (GOAL,) * 2))
+        for drone_ms in range(3000, 9001, 50):
+            link.say(telemetry(drone_ms, MissionState.FOLLOW))
+        await heard(link)
+        assert link.sent.count(SnapshotRequest()) == 1
 
     with_station(link, work)
 

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Words of the model as JSON values and back, by their type hints."""
+
+from __future__ import annotations
+
+import dataclasses
+from enum import Enum
+from types import GenericAlias
+from typing import Any, TypeAlias, get_args, get_type_hints
+
+from ground.model import Incoming
+
+Json: TypeAlias = Any
+KINDS: dict[str, type[Incoming]] = {kind.__name__: kind for kind in get_args(Incoming)}
+
+
+def to_json(value: object) -> Json:
+    """Dataclasses become objects, tuples lists, enums their values, bytes hexadecimal text."""
+    if dataclasses.is_dataclass(value):
+        return {f.name: to_json(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, tuple):
+        return [to_json(item) for item in value]
+    if isinstance(value, bytes):
+        return value.hex()
+    return value
+
+
+def from_json(kind: type[Incoming], data: Json) -> Incoming:
+    """The message that to_json() was given. Raises ValueError where data is something else."""
+    try:
+        message: Incoming = _value(kind, data)
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ValueError(f"this is no {kind.__name__}: {error}") from error
+    return message
+
+
+def _value(kind: Json, data: Json) -> Json:
+    if hasattr(kind, "__dataclass_fields__"):
+        hints = get_type_hints(kind)
+        return kind(*(_value(hints[name], data[name]) for name in kind.__dataclass_fields__))
+    if isinstance(kind, GenericAlias):  # tuple[...]
+        kinds = get_args(kind)
+        if kinds[-1] is Ellipsis:
+            return tuple(_value(kinds[0], item) for item in data)
+        return tuple(_value(k, item) for k, item in zip(kinds, data, strict=True))
+    if kind is bytes:
+        return bytes.fromhex(data)
+    if isinstance(kind, type) and issubclass(kind, Enum | float | int | str):
+        return kind(data)
+    return data

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A recording gives back what was heard, also when the program that made it died."""
+
+import asyncio
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from ground.cli import app
+from ground.codec import KINDS, from_json, to_json
+from ground.core import MissionReason, MissionState
+from ground.errors import GroundError, LinkLost, LinkUnavailable
+from ground.link_replay import ReplayLink, read_recording
+from ground.model import Incoming, MapPiece, Point, Pose, Telemetry
+from ground.record import RecordedLink
+from ground.station import station_on
+from tests.ground.fakelink import FakeLink
+
+
+@given(st.sampled_from(list(KINDS.values())).flatmap(st.from_type))
+def test_every_message_survives_json(message: Incoming) -> None:
+    text = json.dumps(to_json(message))
+    back = from_json(type(message), json.loads(text))
+    assert type(back) is type(message)
+    assert json.dumps(to_json(back)) == text
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+)
+
+
+@given(st.sampled_from(list(KINDS.values())), json_values)
+def test_other_json_is_refused(kind: type[Incoming], data: Any) -> None:  # noqa: ANN401
+    with pytest.raises(ValueError):
+        from_json(kind, data)
+
+
+def spoken() -> list[Incoming]:
+    """Enough for several chunks of a file."""
+    telemetry = [
+        Telemetry(
+            i, Pose(i / 100, 0, 0.4, 0), Point(1, 2), MissionState.FOLLOW, MissionReason.OK, 9
+        )
+        for i in range(2000)
+    ]
+    pieces = [MapPiece(tile, 0, bytes([1] * 64), ((3, 7),)) for tile in range(256)]
+    return [*telemetry, *pieces]
+
+
+async def record(path: Path) -> None:
+    link = FakeLink()
+    async with station_on(RecordedLink(link, path)):
+        link.say(*spoken())
+        while not link.idle:
+            await asyncio.sleep(0)
+
+
+def test_a_recording_is_heard_again(tmp_path: Path) -> None:
+    path = tmp_path / "flight.mcap"
+    asyncio.run(record(path))
+    messages = [message for _, message in read_recording(path)]
+    assert [m for m in messages if isinstance(m, Telemetry | MapPiece)] == spoken()
+
+    async def replay() -> None:
+        async with station_on(ReplayLink(path, speed=1000)) as station:
+            with pytest.raises(LinkLost, match="recording has ended"):
+                await station.ended()
+            assert station.picture.map.completeness == 1
+            assert station.picture.drone_ms == 1999
+
+    asyncio.run(replay())
+
+
+def test_a_file_that_was_cut_off_gives_what_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "flight.mcap"
+    asyncio.run(record(path))
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    messages = [message for _, message in read_recording(path)]
+    assert 100 < len(messages) < len(spoken())
+
+
+@pytest.mark.parametrize("content", [b"", b"no recording", b"\x89MCAP0\r\n"])
+def test_other_files_are_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "other.mcap"
+    path.write_bytes(content)
+    with pytest.raises(LinkUnavailable, match="no recording"):
+        asyncio.run(ReplayLink(path).open())
+    result = CliRunner().invoke(app, ["replay", str(path)])
+    assert result.exit_code == 1
+
+
+def test_a_missing_file_and_a_bad_folder_are_told(tmp_path: Path) -> None:
+    with pytest.raises(LinkUnavailable, match="cannot read"):
+        asyncio.run(ReplayLink(tmp_path / "none.mcap").open())
+    with pytest.raises(GroundError, match="cannot record"):
+        asyncio.run(RecordedLink(FakeLink(), tmp_path / "no" / "f.mcap").open())

@@ -4,7 +4,15 @@
 from collections.abc import Callable, Iterator
 
 from ground.sim import logs, params, toc
-from ground.sim.crtp import PROTOCOL_VERSION, BadPacket, Errno, Port, decode, encode
+from ground.sim.crtp import (
+    MAX_DATA_BYTES,
+    PROTOCOL_VERSION,
+    BadPacket,
+    Errno,
+    Port,
+    decode,
+    encode,
+)
 from ground.sim.firmware import Firmware
 from ground.sim.flightstack import FlightStack
 from ground.sim.logs import LogBlocks
@@ -12,7 +20,7 @@ from ground.sim.model import Readings
 from ground.sim.params import Params
 from ground.sim.toc import Toc, TocEntry
 
-_LINK_SOURCE = b"Bitcraze Crazyflie".ljust(30, b"\0")
+_LINK_SOURCE = b"Bitcraze Crazyflie".ljust(MAX_DATA_BYTES, b"\0")
 _FIRMWARE_VERSION = b"2026.08 wayflie sim"
 _DEVICE_TYPES = {True: b"Crazyflie 2.1", False: b"Crazyflie 2.1 Brushless"}
 _MEMORY_ADDRESS_BYTES = 5
@@ -177,5 +185,5 @@ def _memory_failed(channel: int, data: bytes) -> bytes:
 
 
 def _console(text: bytes) -> Iterator[bytes]:
-    for start in range(0, len(text), 30):
-        yield encode(Port.CONSOLE, 0, text[start : start + 30])
+    for start in range(0, len(text), MAX_DATA_BYTES):
+        yield encode(Port.CONSOLE, 0, text[start : start + MAX_DATA_BYTES])

@@ -84,7 +84,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
         {
             [MISSION_EV_TASK] = TO_PLAN,
             [MISSION_EV_SCAN] = TO_SCAN,
-            [MISSION_EV_HOLD] = TO_HOVER,
+            [MISSION_EV_HOLD] = END | TO_HOVER,
             [MISSION_EV_LAND] = END | TO_LAND,
             [MISSION_EV_NEAR] = TO_AVOID,
             [MISSION_EV_FAILED] = END | TO_FAULT,

@@ -45,7 +45,7 @@ T = TypeVar("T")
 ATTEMPTS = 3
 STALL_S = 2.0  # cflib waits for ever for a lost handshake packet over UDP
 SILENT_S = 1.0
-WATCH_PERIOD_S = 0.25
+WATCH_PERIOD_S = 0.05
 INBOX_MESSAGES = 4096
 UNSENT_MESSAGES = 64
 
@@ -186,8 +186,9 @@ class RadioLink:
                 state = LinkState.SILENT if silent else LinkState.CONNECTED
                 detail = f"nothing heard for {SILENT_S:.0f} s" if silent else "heard again"
                 self._inbox.put(LinkChange(state, detail))
+            drone_ms = max(stream.drone_ms for stream, _ in self._streams)
             for stream, config in self._streams:
-                if stream.overdue(now_s):
+                if stream.overdue(now_s, drone_ms):
                     self._worker.submit(_create_block, config)
             await asyncio.sleep(WATCH_PERIOD_S)
 

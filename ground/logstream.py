@@ -11,7 +11,8 @@ from ground.model import LogMessage
 
 CLOCK_MS = 1 << 24  # log packets carry 24 bits of milliseconds
 LONGEST_GAP_MS = 60_000  # longer than this is a restart, not a loss
-OVERDUE_S = 0.6
+OVERDUE_MS = 600
+ANSWER_S = 0.1  # the drone gets so long to answer before it is asked again
 
 
 class LogStream:
@@ -23,6 +24,7 @@ class LogStream:
         self._deliver = deliver
         self._last_ms: int | None = None
         self._awaited_since_s = float("-inf")
+        self._awaited_since_ms = 0
         self.received = 0
         self.lost = 0
         self.bad = 0
@@ -32,18 +34,25 @@ class LogStream:
         self.received += 1
         self._awaited_since_s = time.monotonic()
         drone_ms = self._unwrap(clock_ms)
+        self._awaited_since_ms = drone_ms
         message = self._block.decode(drone_ms, values)
         if message is None:
             self.bad += 1
         else:
             self._deliver(message)
 
-    def overdue(self, now_s: float) -> bool:
-        """True, once a while, if packets should have come and did not."""
-        wait_s = max(OVERDUE_S, 3 * self._block.period_ms / 1000)
-        if now_s - self._awaited_since_s < wait_s:
+    @property
+    def drone_ms(self) -> int:
+        """The drone's clock at the last packet; 0 before."""
+        return self._last_ms or 0
+
+    def overdue(self, now_s: float, drone_ms: int) -> bool:
+        """True, once a while, if packets should have come and did not, by our clock or its own."""
+        waited_s = now_s - self._awaited_since_s
+        waited_ms = max(1000 * waited_s, drone_ms - self._awaited_since_ms)
+        if waited_s < ANSWER_S or waited_ms < max(OVERDUE_MS, 3 * self._block.period_ms):
             return False
-        self._awaited_since_s = now_s
+        self._awaited_since_s, self._awaited_since_ms = now_s, drone_ms
         return True
 
     def _unwrap(self, clock_ms: int) -> int:

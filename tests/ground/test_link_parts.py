@@ -85,9 +85,17 @@ def test_a_restart_is_no_loss() -> None:
 
 def test_a_block_that_never_comes_is_overdue_again_and_again() -> None:
     stream = Recorder().stream
-    assert stream.overdue(100.0)
-    assert not stream.overdue(100.3)
-    assert stream.overdue(101.0)
+    assert stream.overdue(100.0, 0)
+    assert not stream.overdue(100.3, 0)
+    assert stream.overdue(101.0, 0)
+
+
+def test_a_fast_simulation_is_overdue_by_its_own_clock() -> None:
+    stream = Recorder().stream
+    assert stream.overdue(100.0, 50_000)
+    assert not stream.overdue(100.05, 52_000), "its answer may be on the way"
+    assert not stream.overdue(100.2, 50_500)
+    assert stream.overdue(100.2, 52_000)
 
 
 def test_inbox_keeps_order_and_counts_what_it_drops() -> None:

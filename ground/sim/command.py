@@ -2,6 +2,7 @@
 """`wayflie sim`: one simulated Crazyflie behind a UDP port."""
 
 import json
+import os
 import signal
 from math import inf
 from pathlib import Path
@@ -62,6 +63,9 @@ def sim(
     trail: Annotated[
         bool, typer.Option("--trail", help="Write the true poses into the JSON file.")
     ] = False,
+    with_parent: Annotated[
+        bool, typer.Option("--with-parent", help="End when the process that started it is gone.")
+    ] = False,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Where to write the flight's true figures.")
     ] = None,
@@ -77,22 +81,28 @@ def sim(
         keep_trail=trail,
     )
     try:
-        _run(world, port, options, json_file)
+        _run(world, port, options, json_file, os.getppid() if with_parent else None)
     except (GroundError, ValueError) as error:
         typer.echo(f"wayflie sim: {error}", err=True)
         raise typer.Exit(_EXIT_BAD_INPUT) from error
 
 
-def _run(world: str, port: int, options: Options, json_file: Path | None) -> None:
+def _run(
+    world: str, port: int, options: Options, json_file: Path | None, parent: int | None
+) -> None:
     signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, frame: signals.append(number))
+
+    def stopped() -> bool:
+        return bool(signals) or parent not in (None, os.getppid())
+
     simulator = Simulator(load_world(world), options)
     for name in simulator.unknown_eeprom_names:
         typer.echo(f"wayflie sim: EEPROM: no persistent parameter {name}", err=True)
     with Server(simulator.radio, port) as server:
         simulator.warm_up()
         print(f"{READY}udp://{HOST}:{server.port}, world {world}", flush=True)
-        simulator.run(server, lambda: bool(signals))
+        simulator.run(server, stopped)
     if json_file is not None:
         json_file.write_text(json.dumps(simulator.status(), indent=2) + "\n")

@@ -42,7 +42,7 @@ class SimulatorProcess:
 
     def start(self) -> str:
         """Start it and wait until clients may connect; the uri."""
-        command = [*self._command, "--json", str(self._json)]
+        command = [*self._command, "--with-parent", "--json", str(self._json)]
         process = subprocess.Popen(
             command,
             stdout=subprocess.PIPE,

@@ -3,6 +3,7 @@
 
 import json
 import signal
+import socket
 import struct
 import subprocess
 import sys
@@ -81,3 +82,24 @@ def test_stored_parameters_survive_a_restart(tmp_path: Path) -> None:
                 assert client.ask(PARAM, 3, b"\3" + height)[3] == 0
             else:
                 assert stored == 1 and current == value
+
+
+def test_it_ends_when_whoever_started_it_was_killed() -> None:
+    starter = (
+        "import time; from ground.sim.process import SimulatorProcess\n"
+        "with SimulatorProcess('--world', 'empty') as sim: print(sim.uri, flush=True); time.sleep(60)"
+    )
+    with subprocess.Popen([sys.executable, "-c", starter], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        port = int(process.stdout.readline().decode().rpartition(":")[2])
+        process.kill()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+        client.connect(("127.0.0.1", port))
+        client.settimeout(0.1)
+        for _ in range(100):
+            try:
+                client.send(b"\xff")  # the scan probe, answered as long as it lives
+                client.recv(1)
+            except ConnectionRefusedError:
+                return
+    pytest.fail("the simulator outlived the process that started it")

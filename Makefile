@@ -14,6 +14,7 @@ PLATFORM ?= cf2
 CORE_C := $(wildcard firmware_app/core/*.c)
 CORE_H := $(wildcard firmware_app/core/*.h)
 C_SOURCES := $(CORE_C) $(CORE_H) $(wildcard firmware_app/app/*.[ch] firmware_app/host/*.[ch])
+C_TESTS := $(wildcard tests/*/*.c)
 BUILD_SCRIPTS := ground/core_build.py ground/sim/firmware_build.py
 C_WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Wcast-qual -Werror
 
@@ -66,7 +67,7 @@ check: setup ## Lint, types, formatting, strict C warnings
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/clang-format --dry-run -Werror $(C_SOURCES)
+	$(BIN)/clang-format --dry-run -Werror $(C_SOURCES) $(C_TESTS)
 	gcc -std=c11 -O2 $(C_WARNINGS) -fsyntax-only $(CORE_C)
 
 .PHONY: firmware

@@ -42,7 +42,7 @@ TWO_ROOMS = [*ROOM, (0.8, -2.0, 0.8, 1.1)]
 
 
 def cast(walls: list[Segment], x: float, y: float, bearing_rad: float) -> float:
-    """What a time-of-flight sensor makes of the nearest echoes in its cone; negative without any."""
+    """The range measured from the nearest echoes in the cone of a beam; negative without any."""
     angle = bearing_rad + CONE_RAD[:, None]
     dx, dy = np.cos(angle), np.sin(angle)
     w: NDArray[np.float64] = np.array(walls)

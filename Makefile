@@ -89,6 +89,10 @@ flash: $(CFCLIENT)/.installed ## Send the built firmware to a Crazyflie [PLATFOR
 sizes: setup ## Print what the core needs: RAM of each part, flash of each object
 	$(BIN)/python -m tests.tools.sizes
 
+.PHONY: picture
+picture: setup ## Take the picture of the README anew
+	$(BIN)/python -m tests.tools.picture ground/web/page.png
+
 .PHONY: clean
 clean: ## Remove everything that was built, the environments too
 	rm -rf $(VENV) $(CFCLIENT) build *.egg-info firmware_app/build

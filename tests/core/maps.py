@@ -118,3 +118,12 @@ def is_clear(clearance: CData, path: list[tuple[float, float]]) -> bool:
         lib.clearance_segment_free(clearance, vec2(*a), vec2(*b))
         for a, b in itertools.pairwise(path)
     )
+
+
+def located(grid: CData, x_m: float, y_m: float) -> tuple[int, int] | None:
+    """The cell of a point, None outside the grid."""
+    cell = ffi.new("grid_cell_t *", (-7, -7))
+    if lib.grid_locate(grid, vec2(x_m, y_m), cell):
+        return cell.ix, cell.iy
+    assert (cell.ix, cell.iy) == (-7, -7)
+    return None

@@ -181,3 +181,11 @@ class Flight:
 
     def distance_m(self, x_m: float, y_m: float) -> float:
         return math.hypot(self.x_m - x_m, self.y_m - y_m)
+
+
+def hovering(walls: list[Segment] = ROOM) -> Flight:
+    """A flight that has taken off and looked around."""
+    flight = Flight(list(walls))
+    assert flight.command(lib.MISSION_CMD_TAKE_OFF) == lib.MISSION_OK
+    assert flight.run_until(lib.MISSION_HOVER, lib.MISSION_FAULT) == lib.MISSION_HOVER
+    return flight

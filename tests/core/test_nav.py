@@ -5,7 +5,7 @@ import pytest
 
 from ground.core import lib
 from tests.core.maps import raw_bytes
-from tests.core.room import READY, ROOM, TWO_ROOMS, Flight, new_config
+from tests.core.room import READY, ROOM, TWO_ROOMS, Flight, hovering, new_config
 
 IDLE, HOVER, FAULT, LAND = (
     lib.MISSION_IDLE,
@@ -16,13 +16,6 @@ IDLE, HOVER, FAULT, LAND = (
 GOTO, HOME = lib.MISSION_CMD_GOTO, lib.MISSION_CMD_HOME
 TAKE_OFF, HOLD = lib.MISSION_CMD_TAKE_OFF, lib.MISSION_CMD_HOLD
 DRONE_RADIUS_M = 0.07
-
-
-def hovering(walls: list[tuple[float, float, float, float]] = ROOM) -> Flight:
-    flight = Flight(list(walls))
-    assert flight.command(TAKE_OFF) == lib.MISSION_OK
-    assert flight.run_until(HOVER, FAULT) == HOVER
-    return flight
 
 
 @pytest.mark.parametrize("planner", [lib.NAV_PLANNER_RRTSTAR, lib.NAV_PLANNER_GRID])
@@ -165,79 +158,6 @@ def test_landing_ends_the_motors() -> None:
     assert not flight.setpoint.motors
 
 
-@pytest.mark.parametrize(
-    ("policy", "end"), [("GO_ON", HOVER), ("HOLD", HOVER), ("HOME", IDLE), ("LAND", IDLE)]
-)
-def test_when_the_ground_falls_silent(policy: str, end: int) -> None:
-    flight = hovering()
-    cfg = new_config(lost=getattr(lib, f"NAV_LOST_{policy}"))
-    assert lib.nav_configure(flight.nav, cfg) == lib.MISSION_OK
-    flight.flags &= ~lib.NAV_LINK_ALIVE
-    flight.run_for(4.5)
-    assert flight.state == HOVER
-    flight.run_for(40.0)
-    assert flight.state == end
-    assert (flight.fault == lib.MISSION_LINK_LOST) == (policy != "GO_ON")
-
-
-def test_a_low_battery_brings_it_home() -> None:
-    flight = hovering()
-    flight.command(GOTO, 1.4, 1.4)
-    flight.step()
-    assert flight.run_until(HOVER) == HOVER
-    flight.battery_v = 3.25
-    assert flight.run_until(IDLE, most_s=60.0) == IDLE
-    assert flight.fault == lib.MISSION_BATTERY_LOW
-    assert flight.distance_m(0.0, 0.0) < 0.3
-
-
-def test_an_empty_battery_lands_at_once() -> None:
-    flight = hovering()
-    flight.battery_v = 3.0
-    assert flight.run_until(LAND, most_s=3.0) == LAND
-    assert flight.fault == lib.MISSION_BATTERY_EMPTY
-
-
-def test_a_short_dip_of_the_battery_is_load() -> None:
-    flight = hovering()
-    for volts in (3.0, 4.0) * 3:
-        flight.battery_v = volts
-        flight.run_for(1.0)
-    assert flight.state == HOVER
-
-
-@pytest.mark.parametrize(
-    ("flags", "reason"),
-    [(READY | lib.NAV_TUMBLED, "TUMBLED"), (READY & ~lib.NAV_CAN_FLY, "CANNOT_FLY")],
-)
-def test_what_cannot_fly_stops_its_motors(flags: int, reason: str) -> None:
-    flight = hovering()
-    flight.flags = flags
-    assert not flight.step().motors
-    assert flight.state == FAULT
-    assert flight.fault == getattr(lib, f"MISSION_{reason}")
-
-
-def test_frozen_ranges_land_it() -> None:
-    flight = hovering()
-    flight.sense, frozen = lambda: None, flight.sense  # type: ignore[method-assign]
-    frozen()
-    for _ in range(100):
-        flight.time_ms += 20
-        flight.input.odometry.time_ms = flight.time_ms
-        flight.setpoint = lib.nav_step(flight.nav, flight.input)
-    assert flight.state == LAND
-    assert flight.fault == lib.MISSION_RANGES_FROZEN
-
-
-def test_a_jump_of_the_estimate_lands_it() -> None:
-    flight = hovering()
-    flight.x_m += 1.0
-    flight.step()
-    assert flight.state == LAND
-    assert flight.fault == lib.MISSION_ESTIMATOR
-
-
 def test_it_backs_away_from_what_comes_near_and_goes_on() -> None:
     flight = hovering()
     visitor = (flight.x_m + 0.1, -0.3, flight.x_m + 0.1, 0.3)
@@ -278,49 +198,3 @@ def test_forgetting_begins_a_new_epoch() -> None:
     after = lib.nav_hello(flight.nav)
     assert after.epoch == (before.epoch + 1) % lib.WIRE_MAP_EPOCHS
     assert flight.nav.grid.known == 0
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("height_m", 0.0),
-        ("height_m", float("nan")),
-        ("clearance_m", -1.0),
-        ("cell_m", 1.0),
-        ("low_battery_v", float("inf")),
-        ("lost_time_s", 0.0),
-        ("planner", 7),
-        ("slam", 9),
-        ("lost", 200),
-        ("area_min_m", (float("nan"), 0.0)),
-        ("area_max_m", (1000.0, 0.0)),
-    ],
-)
-def test_an_absurd_value_is_refused_and_changes_nothing(name: str, value: float) -> None:
-    flight = hovering()
-    before = raw_bytes(flight.nav)
-    assert lib.nav_configure(flight.nav, new_config(**{name: value})) == lib.MISSION_BAD_VALUE
-    assert raw_bytes(flight.nav) == before
-
-
-def test_the_default_configuration_is_good() -> None:
-    assert lib.nav_config_check(new_config()) == lib.MISSION_OK
-
-
-def test_an_empty_area_does_not_take_off() -> None:
-    cfg = new_config()
-    cfg.area_min_m, cfg.area_max_m = (1.0, 1.0), (-1.0, -1.0)
-    assert Flight(cfg=cfg).command(TAKE_OFF) == lib.MISSION_BAD_AREA
-
-
-def test_events_that_nobody_took_leave_a_gap_in_the_sequence() -> None:
-    flight = hovering()
-    flight.listen = lambda: None  # type: ignore[method-assign]
-    for _ in range(10):
-        flight.command(lib.MISSION_CMD_SCAN)
-        flight.step()
-        flight.command(HOLD)
-        flight.step()
-    assert flight.nav.event_count == lib.NAV_EVENTS
-    first = flight.nav.events[flight.nav.event_first].sequence
-    assert first == flight.nav.event_sequence - lib.NAV_EVENTS

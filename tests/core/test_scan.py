@@ -19,6 +19,7 @@ class Scanner:
 
     def __init__(self, **changes: float | list[float]) -> None:
         self.cfg = ffi.new("scan_config_t *", lib.scan_config_default())
+        self.cfg.offset_m = [0.0] * lib.SCAN_RANGES
         for name, value in changes.items():
             setattr(self.cfg, name, value)
         self.scan = ffi.new("scan_t *")

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is installed: the command, the versions, the data, the scripts."""
+
+import importlib
+import re
+import subprocess
+import tomllib
+from importlib.metadata import entry_points, version
+
+import ground
+from tests.project.files import ROOT, sources
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+TARGETS = {
+    "setup", "demo", "sim", "ground", "test", "test-cfclient", "check", "firmware", "flash",
+    "sizes", "clean", "help",
+}  # fmt: skip
+
+
+def test_one_version() -> None:
+    assert PROJECT["project"]["version"] == ground.__version__ == version("wayflie")
+
+
+def test_the_command_is_there() -> None:
+    (command,) = entry_points(group="console_scripts", name="wayflie")
+    assert command.value == PROJECT["project"]["scripts"]["wayflie"]
+    assert callable(command.load())
+
+
+def test_both_extensions_are_compiled_by_the_scripts_that_setuptools_asks() -> None:
+    names = {extension["name"] for extension in PROJECT["tool"]["setuptools"]["ext-modules"]}
+    scripts = (ROOT / "ground" / "build_extensions.py").read_text()
+    assert names == {"ground._core", "ground.sim._firmware"}
+    for name in names:
+        assert importlib.import_module(name).lib
+        assert f'"{name}"' in scripts
+
+
+def test_the_data_of_the_package_is_named() -> None:
+    patterns = PROJECT["tool"]["setuptools"]["package-data"]["ground"]
+    held = {path for pattern in patterns for path in (ROOT / "ground").glob(pattern)}
+    wanted = {
+        path for path in sources(".toml", ".js", ".css", ".html") if path.parts[0] == "ground"
+    }
+    assert {ROOT / path for path in wanted} <= held
+    assert (ROOT / "ground" / "py.typed") in held
+
+
+def test_every_dependency_has_both_bounds() -> None:
+    project = PROJECT["project"]
+    lists = [project["dependencies"], *project["optional-dependencies"].values()]
+    open_ended = [
+        name
+        for names in lists
+        for name in names
+        if not re.search(r"==|>=[\d.]+,<", name) and not name.startswith("dask")
+    ]
+    assert open_ended == []
+
+
+def test_make_helps_with_every_target() -> None:
+    make = ["make", "--no-print-directory"]
+    printed = subprocess.run(make, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    assert set(re.findall(r"^  make (\S+) +\S", printed, re.MULTILINE)) >= TARGETS
+
+
+def test_firmware_without_a_checkout_says_what_is_missing() -> None:
+    done = subprocess.run(
+        ["make", "--no-print-directory", "firmware"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode != 0
+    assert "CRAZYFLIE_BASE must be a checkout of crazyflie-firmware" in done.stderr
+
+
+def test_the_scripts_are_scripts() -> None:
+    for script in (ROOT / ".ci" / "run", ROOT / "tests" / "tools" / "debian_packages.sh"):
+        subprocess.run(["bash", "-n", script], check=True)
+        assert script.stat().st_mode & 0o111
+        assert "set -euo pipefail" in script.read_text()

@@ -19,7 +19,7 @@ TOP_LEVEL = {
     "LICENSE",
 }
 LINES_MAX = {".py": 300, ".c": 450, ".h": 450, ".js": 450}
-COLUMNS_MAX = {".js": 120}
+COLUMNS_MAX = {".js": 120, ".sh": 100}  # ruff and clang-format see to the others
 LICENCE = "SPDX-License-Identifier: GPL-3.0-or-later"
 PYTHON = sources(".py")
 C = sources(".c", ".h")
@@ -51,8 +51,8 @@ def test_a_source_file_names_its_licence_and_stays_readable(path: Path) -> None:
     lines = (ROOT / path).read_text().splitlines()
     assert any(LICENCE in line for line in lines[:2])
     assert len(lines) <= LINES_MAX.get(path.suffix, 300)
-    columns = COLUMNS_MAX.get(path.suffix, 100)
-    assert [i for i, line in enumerate(lines, 1) if len(line) > columns] == []
+    if path.suffix in COLUMNS_MAX:
+        assert max(map(len, lines)) <= COLUMNS_MAX[path.suffix]
 
 
 def test_only_the_radio_link_imports_cflib() -> None:

@@ -50,6 +50,7 @@ ground: setup ## Run only the ground station and its page [URI=radio://...]
 
 .PHONY: test
 test: setup ## Run the tests (two processes, under ten minutes)
+	tests/tools/debian_packages.sh test
 	$(BIN)/pytest -n 2 tests --ignore tests/cfclient --ignore tests/bench
 
 .PHONY: test-cfclient

@@ -107,7 +107,7 @@ class RadioLink:
             self._watcher = None
         if self._cf:
             cf, self._cf = self._cf, None
-            await self._call(cf.close_link)
+            await self._call(_hang_up, cf)
         if self._inbox:
             self._inbox.close()
         self._worker.shutdown(wait=False)
@@ -148,7 +148,7 @@ class RadioLink:
             if error := ready.result():
                 raise LinkUnavailable(f"nobody answers at {self.uri} ({_last_line(error)})")
         except BaseException:
-            await self._call(cf.close_link)
+            await self._call(_hang_up, cf)
             raise
         cf.connection_lost.add_callback(self._on_lost)
         return cf
@@ -269,3 +269,9 @@ def _last_line(text: str) -> str:
     """cflib puts whole tracebacks into messages: keep the part that a user can read."""
     lines = [line for line in text.splitlines() if line.strip()]
     return lines[-1].split("] ")[-1].lower() if lines else "the link failed"
+
+
+def _hang_up(cf: Crazyflie) -> None:
+    """Close the link; cflib's pings are ended first, since one into a closed socket would raise."""
+    cf.link_statistics.stop()
+    cf.close_link()

@@ -87,7 +87,8 @@ def test_stored_parameters_survive_a_restart(tmp_path: Path) -> None:
 def test_it_ends_when_whoever_started_it_was_killed() -> None:
     starter = (
         "import time; from ground.sim.process import SimulatorProcess\n"
-        "with SimulatorProcess('--world', 'empty') as sim: print(sim.uri, flush=True); time.sleep(60)"
+        "with SimulatorProcess('--world', 'empty') as simulator:\n"
+        "    print(simulator.uri, flush=True); time.sleep(60)"
     )
     with subprocess.Popen([sys.executable, "-c", starter], stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
@@ -102,4 +103,6 @@ def test_it_ends_when_whoever_started_it_was_killed() -> None:
                 client.recv(1)
             except ConnectionRefusedError:
                 return
+            except TimeoutError:
+                continue
     pytest.fail("the simulator outlived the process that started it")

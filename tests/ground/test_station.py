@@ -3,57 +3,27 @@
 
 import asyncio
 import itertools
-from collections.abc import Awaitable, Callable
 from dataclasses import replace
 
 import pytest
 
-from ground.core import EventCode, MissionCmd, MissionReason, MissionState
+from ground.core import MissionCmd, MissionReason, MissionState
 from ground.errors import CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
-from ground.flight import fly
 from ground.model import (
     Command,
     EmergencyStop,
-    Event,
     Heartbeat,
     HelloRequest,
     Outgoing,
     ParameterValue,
     Point,
-    Pose,
     RoutePiece,
     SetParameter,
     SnapshotRequest,
-    Telemetry,
 )
-from ground.station import Station, station_on
+from ground.station import Station
 from tests.ground.fakelink import HELLO, FakeLink
-
-GOAL = Point(1.0, 2.0)
-
-
-def telemetry(drone_ms: int, state: MissionState, x_m: float = 0.0, y_m: float = 0.0) -> Telemetry:
-    pose = Pose(x_m, y_m, 0.4, 0.0)
-    return Telemetry(drone_ms, pose, GOAL, state, MissionReason.OK, 100)
-
-
-def event(code: EventCode, argument: int = 0, drone_ms: int = 100, place: Point = GOAL) -> Event:
-    return Event(1, drone_ms, code, argument, place)
-
-
-def with_station(link: FakeLink, work: Callable[[Station], Awaitable[None]]) -> None:
-    async def run() -> None:
-        async with station_on(link) as station:
-            await work(station)
-
-    asyncio.run(run())
-
-
-async def heard(link: FakeLink) -> None:
-    """Let the station take everything that was said."""
-    while not link.idle:
-        await asyncio.sleep(0)
-    await asyncio.sleep(0)
+from tests.ground.stations import GOAL, heard, telemetry, with_station
 
 
 def test_command_is_acknowledged_and_acts_once() -> None:
@@ -222,88 +192,5 @@ def test_a_lost_piece_of_the_route_is_asked_for_again() -> None:
             link.say(telemetry(drone_ms, MissionState.FOLLOW))
         await heard(link)
         assert link.sent.count(SnapshotRequest()) == 1
-
-    with_station(link, work)
-
-
-FLIGHTS = [
-    (MissionCmd.GOTO, [event(EventCode.ARRIVED)], True, MissionReason.OK),
-    (MissionCmd.GOTO, [event(EventCode.FAULT, MissionReason.TUMBLED)], False, "TUMBLED"),
-    (MissionCmd.GOTO, [event(EventCode.REFUSED, MissionReason.STUCK)], False, "STUCK"),
-    (MissionCmd.TAKE_OFF, [event(EventCode.STATE, MissionState.HOVER)], True, "OK"),
-    (MissionCmd.LAND, [event(EventCode.STATE, MissionState.IDLE)], True, "OK"),
-    (
-        MissionCmd.LAND,
-        [
-            event(EventCode.FAULT, MissionReason.BATTERY_LOW),
-            event(EventCode.STATE, MissionState.IDLE),
-        ],
-        True,
-        "OK",
-    ),
-    (
-        MissionCmd.EXPLORE,
-        [event(EventCode.EXPLORED), event(EventCode.STATE, MissionState.IDLE)],
-        True,
-        "OK",
-    ),
-    (MissionCmd.EXPLORE, [event(EventCode.STATE, MissionState.IDLE)], False, "OK"),
-    (MissionCmd.HOME, [event(EventCode.STATE, MissionState.FAULT)], False, "OK"),
-]
-
-
-@pytest.mark.parametrize(("cmd", "events", "reached", "reason"), FLIGHTS)
-def test_events_decide_how_a_flight_ended(
-    cmd: MissionCmd, events: list[Event], reached: bool, reason: str | MissionReason
-) -> None:
-    link = FakeLink()
-    link.on_command = lambda command: link.say(*events)
-
-    async def work(station: Station) -> None:
-        outcome = await fly(station, cmd, GOAL)
-        assert outcome.reached is reached
-        assert reason in (outcome.reason, outcome.reason.name)
-
-    with_station(link, work)
-
-
-def test_telemetry_decides_where_the_event_was_lost() -> None:
-    link = FakeLink()
-    flown = [telemetry(t, MissionState.FOLLOW) for t in range(0, 1000, 50)]
-    there = [telemetry(t, MissionState.HOVER, 1.05, 1.95) for t in range(1000, 7000, 50)]
-    link.on_command = lambda command: link.say(*flown, *there)
-
-    async def work(station: Station) -> None:
-        assert (await fly(station, MissionCmd.GOTO, GOAL)).reached
-
-    with_station(link, work)
-
-
-def test_hovering_elsewhere_is_not_arriving() -> None:
-    link = FakeLink()
-    elsewhere = [telemetry(t, MissionState.HOVER, 0.0, 2.0) for t in range(0, 7000, 50)]
-    link.on_command = lambda command: link.say(*elsewhere)
-
-    async def work(station: Station) -> None:
-        assert not (await fly(station, MissionCmd.GOTO, GOAL)).reached
-
-    with_station(link, work)
-
-
-def test_an_event_of_the_flight_before_does_not_count() -> None:
-    link = FakeLink()
-
-    def answer(command: Command) -> None:
-        link.say(event(EventCode.ARRIVED, drone_ms=900))
-        link.say(event(EventCode.REFUSED, MissionReason.GOAL_OCCUPIED, drone_ms=1100))
-
-    link.on_command = answer
-
-    async def work(station: Station) -> None:
-        link.say(telemetry(1000, MissionState.HOVER))
-        await heard(link)
-        outcome = await fly(station, MissionCmd.GOTO, GOAL)
-        assert outcome.reason is MissionReason.GOAL_OCCUPIED
-        assert outcome.place == GOAL
 
     with_station(link, work)

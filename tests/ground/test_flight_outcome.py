@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How the ground learns that a flight has ended, and how."""
+
+import pytest
+
+from ground.core import EventCode, MissionCmd, MissionReason, MissionState
+from ground.flight import fly
+from ground.model import Command, Event
+from ground.station import Station
+from tests.ground.fakelink import FakeLink
+from tests.ground.stations import GOAL, event, heard, telemetry, with_station
+
+FLIGHTS = [
+    (MissionCmd.GOTO, [event(EventCode.ARRIVED)], True, MissionReason.OK),
+    (MissionCmd.GOTO, [event(EventCode.FAULT, MissionReason.TUMBLED)], False, "TUMBLED"),
+    (MissionCmd.GOTO, [event(EventCode.REFUSED, MissionReason.STUCK)], False, "STUCK"),
+    (MissionCmd.TAKE_OFF, [event(EventCode.STATE, MissionState.HOVER)], True, "OK"),
+    (MissionCmd.LAND, [event(EventCode.STATE, MissionState.IDLE)], True, "OK"),
+    (
+        MissionCmd.LAND,
+        [
+            event(EventCode.FAULT, MissionReason.BATTERY_LOW),
+            event(EventCode.STATE, MissionState.IDLE),
+        ],
+        True,
+        "OK",
+    ),
+    (
+        MissionCmd.EXPLORE,
+        [event(EventCode.EXPLORED), event(EventCode.STATE, MissionState.IDLE)],
+        True,
+        "OK",
+    ),
+    (MissionCmd.EXPLORE, [event(EventCode.STATE, MissionState.IDLE)], False, "OK"),
+    (MissionCmd.HOME, [event(EventCode.STATE, MissionState.FAULT)], False, "OK"),
+]
+
+
+@pytest.mark.parametrize(("cmd", "events", "reached", "reason"), FLIGHTS)
+def test_events_decide_how_a_flight_ended(
+    cmd: MissionCmd, events: list[Event], reached: bool, reason: str | MissionReason
+) -> None:
+    link = FakeLink()
+    link.on_command = lambda command: link.say(*events)
+
+    async def work(station: Station) -> None:
+        outcome = await fly(station, cmd, GOAL)
+        assert outcome.reached is reached
+        assert reason in (outcome.reason, outcome.reason.name)
+
+    with_station(link, work)
+
+
+def test_telemetry_decides_where_the_event_was_lost() -> None:
+    link = FakeLink()
+    flown = [telemetry(t, MissionState.FOLLOW) for t in range(0, 1000, 50)]
+    there = [telemetry(t, MissionState.HOVER, 1.05, 1.95) for t in range(1000, 7000, 50)]
+    link.on_command = lambda command: link.say(*flown, *there)
+
+    async def work(station: Station) -> None:
+        assert (await fly(station, MissionCmd.GOTO, GOAL)).reached
+
+    with_station(link, work)
+
+
+def test_hovering_elsewhere_is_not_arriving() -> None:
+    link = FakeLink()
+    elsewhere = [telemetry(t, MissionState.HOVER, 0.0, 2.0) for t in range(0, 7000, 50)]
+    link.on_command = lambda command: link.say(*elsewhere)
+
+    async def work(station: Station) -> None:
+        assert not (await fly(station, MissionCmd.GOTO, GOAL)).reached
+
+    with_station(link, work)
+
+
+def test_an_event_of_the_flight_before_does_not_count() -> None:
+    link = FakeLink()
+
+    def answer(command: Command) -> None:
+        link.say(event(EventCode.ARRIVED, drone_ms=900))
+        link.say(event(EventCode.REFUSED, MissionReason.GOAL_OCCUPIED, drone_ms=1100))
+
+    link.on_command = answer
+
+    async def work(station: Station) -> None:
+        link.say(telemetry(1000, MissionState.HOVER))
+        await heard(link)
+        outcome = await fly(station, MissionCmd.GOTO, GOAL)
+        assert outcome.reason is MissionReason.GOAL_OCCUPIED
+        assert outcome.place == GOAL
+
+    with_station(link, work)

@@ -106,13 +106,8 @@ static void from_config(const nav_config_t *cfg, values_t *values) {
   values->lost = (uint8_t)cfg->lost;
 }
 
-/** A function of its own: the returned copy, 240 bytes, is off the stack before anything else. */
-__attribute__((noinline)) static void load_defaults(void) {
-  trial_cfg = nav_config_default();
-}
-
 void app_params_init(nav_t *nav) {
-  load_defaults();
+  nav_config_default(&trial_cfg);
   nav_init(nav, &trial_cfg);
   from_config(&trial_cfg, &accepted);
 }

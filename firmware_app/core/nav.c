@@ -20,10 +20,12 @@ static void start_slam(nav_t *nav, pose2_t odometry) {
 }
 
 void nav_init(nav_t *nav, const nav_config_t *cfg) {
-  memset(nav, 0, sizeof *nav);
-  nav->cfg = *cfg;
+  if (cfg != &nav->cfg) {
+    nav->cfg = *cfg;
+  }
+  memset((uint8_t *)nav + sizeof nav->cfg, 0, sizeof *nav - sizeof nav->cfg);
   mission_init(&nav->mission);
-  scan_init(&nav->scan, &cfg->scan);
+  scan_init(&nav->scan, &nav->cfg.scan);
   guard_init(&nav->guard);
   mapstream_init(&nav->stream);
   start_slam(nav, (pose2_t){0.0f, 0.0f, 0.0f});

@@ -174,11 +174,12 @@ typedef struct {
   bool battery_low;          ///< likewise
 } nav_t;
 
-nav_config_t nav_config_default(void);
+/** The only place where these numbers are. */
+void nav_config_default(nav_config_t *cfg);
 /** @return MISSION_OK, or what is wrong with the values */
 mission_reason_t nav_config_check(const nav_config_t *cfg);
 
-/** cfg must have passed nav_config_check. */
+/** cfg must have passed nav_config_check; it may be nav's own. */
 void nav_init(nav_t *nav, const nav_config_t *cfg);
 /** Take new values between two ticks; area and cell size wait until the map is made anew. Refused
  * values change nothing. */

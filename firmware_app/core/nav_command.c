@@ -12,31 +12,29 @@ static const float AREA_MAX_M = 30.0f;
 static const float TAKE_OFF_MARGIN_V =
     0.2f; ///< a battery without load must stand this much above the limit
 
-nav_config_t nav_config_default(void) {
-  return (nav_config_t){
-      .scan = scan_config_default(),
-      .grid = grid_config_default(),
-      .rrtstar = rrtstar_config_default(),
-      .follower = follower_config_default(),
-      .guard = guard_config_default(),
-      .slam_filter = slam_config_default(),
-      .height_m = 0.4f,
-      .clearance_m = 0.17f,
-      .cell_m = 0.05f,
-      .area_min_m = {-3.2f, -3.2f},
-      .area_max_m = {3.2f, 3.2f},
-      .low_battery_v = 3.3f,
-      .lost_time_s = 5.0f,
-      .climb_mps = 0.4f,
-      .descend_mps = 0.25f,
-      .scan_turn_rad = 100.0f * DEG,
-      .scan_rate_rps = 60.0f * DEG,
-      .known_half_width_m = 0.10f,
-      .seed = 1u,
-      .planner = NAV_PLANNER_RRTSTAR,
-      .slam = NAV_SLAM_MAP,
-      .lost = NAV_LOST_HOME,
-  };
+void nav_config_default(nav_config_t *cfg) {
+  cfg->scan = scan_config_default();
+  cfg->grid = grid_config_default();
+  cfg->rrtstar = rrtstar_config_default();
+  cfg->follower = follower_config_default();
+  cfg->guard = guard_config_default();
+  cfg->slam_filter = slam_config_default();
+  cfg->height_m = 0.4f;
+  cfg->clearance_m = 0.17f;
+  cfg->cell_m = 0.05f;
+  cfg->area_min_m = (vec2_t){-3.2f, -3.2f};
+  cfg->area_max_m = (vec2_t){3.2f, 3.2f};
+  cfg->low_battery_v = 3.3f;
+  cfg->lost_time_s = 5.0f;
+  cfg->climb_mps = 0.4f;
+  cfg->descend_mps = 0.25f;
+  cfg->scan_turn_rad = 100.0f * DEG;
+  cfg->scan_rate_rps = 60.0f * DEG;
+  cfg->known_half_width_m = 0.10f;
+  cfg->seed = 1u;
+  cfg->planner = NAV_PLANNER_RRTSTAR;
+  cfg->slam = NAV_SLAM_MAP;
+  cfg->lost = NAV_LOST_HOME;
 }
 
 static bool within(float value, float low, float high) {

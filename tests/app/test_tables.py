@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from ground.core import lib
+from ground.core import ffi, lib
 from ground.sim.firmware import Firmware
 from ground.sim.model import Readings
 from tests.app.drone import FLOAT, FP16, INT8, INT16, INT32, UINT8, UINT16, UINT32, Drone
@@ -124,7 +124,8 @@ def test_what_stock_clients_need_is_there() -> None:
 
 
 def test_defaults_told_to_clients_are_those_of_the_core() -> None:
-    drone, cfg = Drone(), lib.nav_config_default()
+    drone, cfg = Drone(), ffi.new("nav_config_t *")
+    lib.nav_config_default(cfg)
     core = {
         "height": cfg.height_m,
         "speed": cfg.follower.speed_mps,

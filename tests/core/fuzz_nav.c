@@ -54,7 +54,8 @@ static void wander(nav_input_t *input) {
 }
 
 static void reconfigure(nav_t *nav) {
-  nav_config_t cfg = nav_config_default();
+  nav_config_t cfg;
+  nav_config_default(&cfg);
   cfg.height_m = some(0.2f, 1.0f, 4);
   cfg.clearance_m = some(0.08f, 0.5f, 4);
   cfg.cell_m = some(0.02f, 0.5f, 4);
@@ -66,7 +67,7 @@ static void reconfigure(nav_t *nav) {
   cfg.follower.yaw_mode = (follower_yaw_mode_t)pick(4);
   cfg.follower.speed_mps = some(0.05f, 1.0f, 6);
   if (pick(2) == 0) {
-    cfg = nav_config_default();
+    nav_config_default(&cfg);
   }
   nav_configure(nav, &cfg);
 }
@@ -93,7 +94,8 @@ static bool sane(const nav_t *nav, const nav_setpoint_t *setpoint) {
 
 int main(int argc, char **argv) {
   static nav_t nav; // as in the firmware: too large for a stack
-  nav_config_t cfg = nav_config_default();
+  nav_config_t cfg;
+  nav_config_default(&cfg);
   nav_input_t input;
   uint8_t piece[WIRE_MAP_BYTES];
   uint32_t seen_states = 0;

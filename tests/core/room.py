@@ -67,11 +67,12 @@ def gap_m(walls: list[Segment], x: float, y: float) -> float:
 
 
 # Made once, so that two configurations do not even differ in what lies between their fields.
-DEFAULTS = lib.nav_config_default()
+DEFAULTS = ffi.new("nav_config_t *")
+lib.nav_config_default(DEFAULTS)
 
 
 def new_config(**changes: float) -> CData:
-    cfg = ffi.new("nav_config_t *", DEFAULTS)
+    cfg = ffi.new("nav_config_t *", DEFAULTS[0])
     for name, value in changes.items():
         setattr(cfg, name, value)
     return cfg

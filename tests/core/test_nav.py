@@ -137,6 +137,25 @@ def test_a_goal_that_is_walled_off_is_refused_with_the_reason() -> None:
     assert flight.x_m < 0.8 - DRONE_RADIUS_M
 
 
+@pytest.mark.parametrize("landed", [False, True])
+def test_what_the_map_shows_to_be_walled_off_is_refused_within_two_seconds(landed: bool) -> None:
+    flight = Flight([*ROOM, (0.8, -2.0, 0.8, 2.0)])
+    flight.command(GOTO, 1.5, 0.0)
+    flight.run_until(HOVER, FAULT)
+    if landed:
+        flight.command(lib.MISSION_CMD_LAND)
+        flight.run_until(IDLE)
+        flight.run_for(1.0)
+    flight.events.clear()
+    asked_ms = flight.time_ms
+    assert flight.command(GOTO, 1.5, 0.0) == lib.MISSION_OK
+    while not any(code == lib.WIRE_EVENT_REFUSED for code, _ in flight.events):
+        flight.step()
+        assert flight.time_ms - asked_ms <= 2000
+    assert (lib.WIRE_EVENT_REFUSED, lib.MISSION_GOAL_UNREACHABLE) in flight.events
+    assert flight.state == (IDLE if landed else HOVER)
+
+
 @pytest.mark.parametrize("cmd", [HOME, lib.MISSION_CMD_LAND, HOLD, lib.MISSION_CMD_SCAN])
 def test_on_the_ground_there_is_nothing_to(cmd: int) -> None:
     assert Flight().command(cmd) == lib.MISSION_NOT_FLYING

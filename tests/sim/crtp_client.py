@@ -17,6 +17,7 @@ from cflib.crazyflie.syncCrazyflie import SyncCrazyflie
 from cflib.crazyflie.syncLogger import SyncLogger
 
 PATIENCE_S = 20.0
+PARAM_MISC = (2, 3)
 
 
 class RawClient:
@@ -56,8 +57,12 @@ class RawClient:
                 return datagram[1:]
 
     def ask(self, port: int, channel: int, data: bytes = b"") -> bytes:
+        """The answer; what the drone says of changed parameters in between is skipped."""
         self.send(port, channel, data)
-        return self.receive(port, channel)
+        while True:
+            answer = self.receive(port, channel)
+            if (port, channel) != PARAM_MISC or answer[:1] == data[:1]:
+                return answer
 
     def toc(self, port: int) -> dict[str, tuple[int, int]]:
         """Read a table: name to (id, type byte)."""

@@ -92,6 +92,7 @@ class MissionReason(IntEnum):
     STUCK = lib.MISSION_STUCK
     RANGES_FROZEN = lib.MISSION_RANGES_FROZEN
     TUMBLED = lib.MISSION_TUMBLED
+    SELF_TEST = lib.MISSION_SELF_TEST
 
 
 class WireType(IntEnum):

@@ -39,6 +39,7 @@ REASON_WORDS: dict[MissionReason, str] = {
     MissionReason.STUCK: "too many attempts brought no progress",
     MissionReason.RANGES_FROZEN: "the distance sensors have stopped changing",
     MissionReason.TUMBLED: "it tumbled",
+    MissionReason.SELF_TEST: "its self-test is running",
 }
 
 COMMAND_WORDS: dict[MissionCmd, str] = {

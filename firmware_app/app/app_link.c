@@ -5,6 +5,8 @@
 
 #include "FreeRTOS.h"
 #include "app_channel.h"
+#include "app_command.h"
+#include "app_selftest.h"
 #include "app_status.h"
 #include "app_text.h"
 #include "crtp.h"
@@ -41,11 +43,7 @@ static bool send(const wire_message_t *message) {
 static void on_command(nav_t *nav, const wire_command_t *command) {
   if (!any_command || command->sequence != last_ack.sequence) {
     const nav_command_t order = {(mission_cmd_t)command->cmd, command->goal_m};
-    const mission_reason_t reason = nav_command(nav, &order);
-    app_status_answer(reason);
-    if (reason != MISSION_OK) {
-      DEBUG_PRINT("command %d refused: %s\n", command->cmd, app_reason_text(reason));
-    }
+    const mission_reason_t reason = app_command(nav, &order);
     last_ack = (wire_ack_t){command->sequence, command->cmd, (uint8_t)reason};
     any_command = true;
   }
@@ -55,7 +53,7 @@ static void on_command(nav_t *nav, const wire_command_t *command) {
 static void on_heartbeat(const nav_t *nav, const wire_heartbeat_t *heartbeat) {
   wire_message_t answer = {.type = WIRE_HEARTBEAT, .body.heartbeat = *heartbeat};
   answer.body.heartbeat.time_ms = T2M(xTaskGetTickCount());
-  answer.body.heartbeat.state = nav->status.state;
+  answer.body.heartbeat.state = app_selftest_running() ? MISSION_IDLE : nav->status.state;
   send(&answer);
 }
 

@@ -2,19 +2,17 @@
 /** The app's task: read, think, act, tell, sleep. */
 #include "FreeRTOS.h"
 #include "app.h"
+#include "app_command.h"
 #include "app_link.h"
 #include "app_map.h"
 #include "app_params.h"
+#include "app_selftest.h"
 #include "app_sensors.h"
 #include "app_setpoint.h"
 #include "app_status.h"
-#include "app_text.h"
 #include "nav.h"
 #include "task.h"
 #include "usec_time.h"
-
-#define DEBUG_MODULE "WAYFLIE"
-#include "debug.h"
 
 enum {
   PERIOD_MS = 20,
@@ -26,13 +24,8 @@ static nav_t nav;
 
 static void take_command(void) {
   nav_command_t command;
-  if (!app_params_take_command(&command)) {
-    return;
-  }
-  const mission_reason_t reason = nav_command(&nav, &command);
-  app_status_answer(reason);
-  if (reason != MISSION_OK) {
-    DEBUG_PRINT("way.cmd %d refused: %s\n", (int)command.cmd, app_reason_text(reason));
+  if (app_params_take_command(&command)) {
+    app_command(&nav, &command);
   }
 }
 
@@ -52,13 +45,24 @@ static void tick(void) {
   app_status_time((uint32_t)(usecTimestamp() - start_us), planning);
 }
 
+/** In place of a tick: nav is lent, commands are refused. */
+static void test_tick(void) {
+  nav_input_t unused;
+  app_sensors_read(&unused); // the estimator is watched all the time
+  take_command();
+  app_link_receive(&nav);
+  if (app_selftest_step()) {
+    app_params_init(&nav);
+  }
+}
+
 /** Sleep to the next multiple of the period. */
-static void wait(TickType_t *wake) {
-  const TickType_t latest = xTaskGetTickCount() + M2T(REST_MS) - M2T(PERIOD_MS);
+static void wait(TickType_t *wake, TickType_t period_ms) {
+  const TickType_t latest = xTaskGetTickCount() + M2T(REST_MS) - M2T(period_ms);
   if ((int32_t)(latest - *wake) > 0) {
     *wake = latest;
   }
-  vTaskDelayUntil(wake, M2T(PERIOD_MS));
+  vTaskDelayUntil(wake, M2T(period_ms));
 }
 
 void appMain(void) {
@@ -66,7 +70,13 @@ void appMain(void) {
   app_sensors_init();
   TickType_t wake = xTaskGetTickCount();
   while (true) {
-    wait(&wake);
-    tick();
+    app_selftest_begin(&nav);
+    if (app_selftest_running()) {
+      wait(&wake, REST_MS);
+      test_tick();
+    } else {
+      wait(&wake, PERIOD_MS);
+      tick();
+    }
   }
 }

@@ -46,6 +46,9 @@ static float goal_x, goal_y;
 static _Atomic uint8_t pending_cmd;
 static atomic_bool changed = true;
 
+static uint8_t selftest;
+static atomic_bool selftest_asked = true; ///< what was stored counts at the start
+
 typedef struct {
   const char *name;
   uint8_t offset;
@@ -110,6 +113,7 @@ void app_params_init(nav_t *nav) {
   nav_config_default(&trial_cfg);
   nav_init(nav, &trial_cfg);
   from_config(&trial_cfg, &accepted);
+  changed = true;
 }
 
 static mission_reason_t offer(nav_t *nav, const values_t *values) {
@@ -151,6 +155,7 @@ void app_params_apply(nav_t *nav) {
     return;
   }
   const values_t all = wanted;
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): any other bits are another value
   if (memcmp(&all, &accepted, sizeof all) == 0) {
     return;
   }
@@ -181,7 +186,11 @@ bool app_params_take_command(nav_command_t *command) {
   return true;
 }
 
-/** Both run in the task that received the value. */
+bool app_params_take_selftest(void) {
+  return atomic_exchange(&selftest_asked, false) && selftest != 0;
+}
+
+/** All run in the task that received the value. */
 static void on_change(void) {
   changed = true;
 }
@@ -190,6 +199,10 @@ static void on_command(void) {
   if (cmd != MISSION_CMD_NONE) {
     pending_cmd = cmd;
   }
+}
+
+static void on_selftest(void) {
+  selftest_asked = true;
 }
 
 /**
@@ -275,4 +288,9 @@ PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lowBat, &wanted.low_batt
  * @brief Side of a grid cell, taken when the next map is made, 0.02 to 0.5 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, cell, &wanted.cell, on_change)
+/**
+ * @brief Not 0: test at the start, and when written on the ground without a map, that this drone
+ * computes what a PC computes; takes some seconds. Log way.selfState tells
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, selftest, &selftest, on_selftest)
 PARAM_GROUP_STOP(way)

@@ -12,6 +12,8 @@ static bool was_planning;
 static uint8_t refused;
 static uint16_t drops;
 static uint16_t bad;
+static uint8_t self_state;
+static uint32_t self_hash;
 
 static volatile uint32_t worst_us;
 static uint32_t worst_read_ms;
@@ -34,6 +36,11 @@ void app_status_time(uint32_t tick_us, bool planning) {
 
 void app_status_answer(mission_reason_t reason) {
   refused = (uint8_t)reason;
+}
+
+void app_status_selftest(uint8_t state, uint32_t hash) {
+  self_state = state;
+  self_hash = hash;
 }
 
 void app_status_count_drop(void) {
@@ -131,4 +138,12 @@ LOG_ADD(LOG_UINT16, drops, &drops)
  * @brief App channel packets from the ground that made no sense
  */
 LOG_ADD(LOG_UINT16, bad, &bad)
+/**
+ * @brief Self-test: 0 not run, 1 running, 2 computes what a PC does, 3 something else
+ */
+LOG_ADD(LOG_UINT8, selfState, &self_state)
+/**
+ * @brief What the self-test computed: one number for all decisions
+ */
+LOG_ADD(LOG_UINT32, selfHash, &self_hash)
 LOG_GROUP_STOP(way)

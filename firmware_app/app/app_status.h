@@ -13,6 +13,8 @@ void app_status_show(const nav_status_t *status);
 void app_status_time(uint32_t tick_us, bool planning);
 /** Remember the answer to the last command. */
 void app_status_answer(mission_reason_t reason);
+/** Show how the self-test stands, a selftest_state_t, and what it computed. */
+void app_status_selftest(uint8_t state, uint32_t hash);
 /** A packet to or from the ground found no room. */
 void app_status_count_drop(void);
 /** A packet from the ground made no sense. */

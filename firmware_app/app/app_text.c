@@ -22,6 +22,7 @@ static const char *const reasons[] = {
     [MISSION_STUCK] = "stuck",
     [MISSION_RANGES_FROZEN] = "ranges frozen",
     [MISSION_TUMBLED] = "tumbled",
+    [MISSION_SELF_TEST] = "self-test is running",
 };
 
 _Static_assert(sizeof reasons / sizeof *reasons == MISSION_REASONS, "a reason without words");

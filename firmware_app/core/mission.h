@@ -90,6 +90,7 @@ typedef enum {
   MISSION_STUCK,         ///< too many attempts without progress
   MISSION_RANGES_FROZEN, ///< the ranges have stopped changing
   MISSION_TUMBLED,
+  MISSION_SELF_TEST, ///< running: everything else waits
   MISSION_REASONS,
 } mission_reason_t;
 

@@ -137,7 +137,7 @@ def test_a_refused_command_says_why(drone: Drone, cmd: int, reason: MissionReaso
     drone.run(0.1)
     assert drone.refused is reason
     assert drone.param("way.cmd") == 0
-    assert f"way.cmd {int(cmd)} refused" in drone.console()
+    assert f"command {int(cmd)} refused" in drone.console()
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,8 @@ LOGS = {
     "tickUs": UINT32 | BY_FUNCTION,
     "drops": UINT16,
     "bad": UINT16,
+    "selfState": UINT8,
+    "selfHash": UINT32,
 }
 PARAMS = {
     "cmd": P_UINT8,
@@ -56,6 +58,7 @@ PARAMS = {
     "lostTime": P_FLOAT | EXTENDED,
     "lowBat": P_FLOAT | EXTENDED,
     "cell": P_FLOAT | EXTENDED,
+    "selftest": P_UINT8 | EXTENDED,
 }
 # What cfclient and cflib's helpers look up; without some of these they stop working.
 STOCK_PARAMS = [
@@ -143,7 +146,8 @@ def test_defaults_told_to_clients_are_those_of_the_core() -> None:
         "lowBat": cfg.low_battery_v,
         "cell": cfg.cell_m,
     }
-    assert core.keys() == PARAMS.keys() - {"cmd", "goalX", "goalY"}
+    assert core.keys() == PARAMS.keys() - {"cmd", "goalX", "goalY", "selftest"}
+    assert drone.default("way.selftest") == 0
     assert {n: drone.default(f"way.{n}") for n in core} == pytest.approx(core, rel=1e-6)
 
 

@@ -132,6 +132,7 @@ typedef struct {
   vec2_t goal_cells;
   uint32_t first_iterations; ///< that the first way took, 0 before
   uint16_t known_cells;      ///< when the last frontier was reached
+  bool approach;             ///< the goal is occupied: going beside it, to look from nearer
   uint8_t looks_left;        ///< turns to look around that are left before "no way" is final
   uint8_t stalls;            ///< stops without progress, one after the other
 } nav_plan_t;

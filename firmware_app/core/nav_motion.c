@@ -79,6 +79,10 @@ static void note_progress(nav_t *nav) {
 
 /** At the end of a route. An exploration ends when frontiers show nothing new. */
 static void arrive(nav_t *nav) {
+  if (nav->plan.approach) {
+    look_again(nav);
+    return;
+  }
   nav_emit(nav, WIRE_EVENT_ARRIVED, (uint8_t)nav->mission.task, pose2_position(nav->pose));
   if (nav->mission.task == MISSION_TASK_EXPLORE) {
     bool vain = nav->grid.known < nav->plan.known_cells + FRONTIER_CELLS;

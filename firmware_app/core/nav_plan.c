@@ -10,6 +10,7 @@ enum {
   SAMPLES_PER_TICK = 24,
   SAMPLES_EXTRA = 120, ///< after the first way, at least
   SAMPLES_MAX = 3000,
+  BESIDE_CELLS = 6,      ///< so near to the place beside an occupied goal, it has been looked at
   START_FREE_CELLS = 10, ///< how far the way out of an inflated zone may be
 };
 
@@ -41,6 +42,23 @@ static void start_wave(nav_t *nav, nav_plan_stage_t stage) {
                   cell_of(nav->plan.start_cells), cell_of(nav->plan.goal_cells));
 }
 
+/** The goal is occupied. Home is wherever beside it is free; another goal may be occupied by noise
+ *  seen from afar, and is looked at from beside it before it is given up. @return false if it is */
+static bool aim_beside(nav_t *nav) {
+  nav_plan_t *plan = &nav->plan;
+  vec2_t beside = plan->goal_cells;
+  bool is_free = clearance_nearest_free(&nav->clearance, beside, START_FREE_CELLS, &beside);
+  bool far = vec2_distance(plan->start_cells, beside) > (float)BESIDE_CELLS;
+  bool home = nav->mission.task == MISSION_TASK_HOME;
+  if (!is_free || !(home || (far && plan->looks_left > 0))) {
+    fail(nav, MISSION_GOAL_OCCUPIED, grid_to_metres(&nav->grid, beside));
+    return false;
+  }
+  plan->goal_cells = beside;
+  plan->approach = !home;
+  return true;
+}
+
 /** Begin to plan for the present task, from the present pose. */
 static void begin(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
@@ -54,16 +72,11 @@ static void begin(nav_t *nav) {
     fail(nav, MISSION_STUCK, pose2_position(nav->pose));
     return;
   }
+  plan->approach = false;
   if (nav->mission.task == MISSION_TASK_EXPLORE) {
     plan->goal_cells = plan->start_cells;
-  } else if (clearance_blocked_at(&nav->clearance, plan->goal_cells)) {
-    vec2_t beside = plan->goal_cells;
-    bool is_free = clearance_nearest_free(&nav->clearance, beside, START_FREE_CELLS, &beside);
-    if (nav->mission.task != MISSION_TASK_HOME || !is_free) {
-      fail(nav, MISSION_GOAL_OCCUPIED, grid_to_metres(&nav->grid, beside));
-      return;
-    }
-    plan->goal_cells = beside;
+  } else if (clearance_blocked_at(&nav->clearance, plan->goal_cells) && !aim_beside(nav)) {
+    return;
   }
   start_wave(nav, NAV_PLAN_WAVE);
 }
@@ -74,8 +87,11 @@ static void finish(nav_t *nav, int count) {
     return;
   }
   nav->plan.stage = NAV_PLAN_DONE;
+  nav->plan.looks_left = NAV_LOOKS;
   route_build(&nav->route, &nav->grid, &nav->clearance, count);
-  nav->goal_m = nav->route.points_m[nav->route.count - 1];
+  if (!nav->plan.approach) {
+    nav->goal_m = nav->route.points_m[nav->route.count - 1];
+  }
   nav_apply(nav, MISSION_EV_ROUTE);
 }
 

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The whole pipeline in a room: missions that end where they should, and nothing shared."""
 
+import math
+
 import pytest
 
-from ground.core import lib
+from ground.core import ffi, lib
 from tests.core.maps import raw_bytes
 from tests.core.room import READY, ROOM, TWO_ROOMS, Flight, hovering, new_config
 
-IDLE, HOVER, FAULT, LAND = (
+IDLE, FOLLOW, HOVER, FAULT, LAND = (
     lib.MISSION_IDLE,
+    lib.MISSION_FOLLOW,
     lib.MISSION_HOVER,
     lib.MISSION_FAULT,
     lib.MISSION_LAND,
@@ -135,6 +138,20 @@ def test_a_goal_that_is_walled_off_is_refused_with_the_reason() -> None:
     assert refusals
     assert refusals[-1] in (lib.MISSION_GOAL_UNREACHABLE, lib.MISSION_STUCK)
     assert flight.x_m < 0.8 - DRONE_RADIUS_M
+
+
+def test_noise_at_the_goal_is_looked_at_from_near_before_the_goal_is_given_up() -> None:
+    flight = hovering()
+    assert flight.command(GOTO, 2.0, 1.0) == lib.MISSION_OK
+    flight.run_until(FOLLOW)
+    grid = ffi.addressof(flight.nav, "grid")
+    cell = ffi.new("grid_cell_t *")
+    assert lib.grid_locate(grid, (2.0, 1.0), cell)
+    for ix in (cell.ix - 1, cell.ix, cell.ix + 1):
+        lib.grid_set_value(grid, ix, cell.iy, 10)
+    assert flight.run_until(HOVER, FAULT) == HOVER
+    assert lib.WIRE_EVENT_REFUSED not in [code for code, _ in flight.events]
+    assert math.dist((flight.x_m, flight.y_m), (2.0, 1.0)) < 0.15
 
 
 @pytest.mark.parametrize("landed", [False, True])

@@ -132,6 +132,14 @@ vec2_t vec2_limit(vec2_t v, float max_norm) {
   return norm > max_norm ? vec2_scale(v, max_norm / norm) : v;
 }
 
+void vec2_reverse(vec2_t *points, int count) {
+  for (int a = 0, b = count - 1; a < b; a++, b--) {
+    vec2_t swap = points[a];
+    points[a] = points[b];
+    points[b] = swap;
+  }
+}
+
 vec2_t pose2_position(pose2_t pose) {
   return (vec2_t){pose.x_m, pose.y_m};
 }

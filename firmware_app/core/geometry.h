@@ -51,6 +51,8 @@ float vec2_norm(vec2_t v);
 float vec2_distance(vec2_t a, vec2_t b);
 /** v shortened to at most max_norm, direction kept. */
 vec2_t vec2_limit(vec2_t v, float max_norm);
+/** The points in opposite order. */
+void vec2_reverse(vec2_t *points, int count);
 
 vec2_t pose2_position(pose2_t pose);
 /** The pose b, given in the frame a, in the frame that a is given in. */

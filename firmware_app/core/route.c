@@ -9,14 +9,6 @@ enum { ROUND_TRIES = 3, POINTS_PER_CORNER = 3 };
 static const float ROUND_CUT_CELLS = 6.0f; ///< how far from a corner the rounding may begin
 static const float PIECE_M = 0.1f;         ///< resolution of route_clear_m and route_known_m
 
-static void reverse(vec2_t *points, int count) {
-  for (int a = 0, b = count - 1; a < b; a++, b--) {
-    vec2_t swap = points[a];
-    points[a] = points[b];
-    points[b] = swap;
-  }
-}
-
 /** From each kept point go straight to the last one in sight. */
 static int pull(const clearance_t *clearance, vec2_t *points, int count) {
   int kept = 1;
@@ -37,9 +29,9 @@ int route_shortcut(const clearance_t *clearance, vec2_t *path_cells, int count) 
     return count;
   }
   count = pull(clearance, path_cells, count);
-  reverse(path_cells, count);
+  vec2_reverse(path_cells, count);
   count = pull(clearance, path_cells, count);
-  reverse(path_cells, count);
+  vec2_reverse(path_cells, count);
   return count;
 }
 
@@ -52,7 +44,7 @@ static bool round_corner(const clearance_t *clearance, vec2_t a, vec2_t b, vec2_
   float length_c = vec2_norm(to_c);
   float cut = 0.5f * (length_a < length_c ? length_a : length_c);
   cut = cut < ROUND_CUT_CELLS ? cut : ROUND_CUT_CELLS;
-  for (int i = 0; i < ROUND_TRIES && cut > 0.1f; i++, cut *= 0.5f) {
+  for (int i = 0; i < ROUND_TRIES && cut > 0.1f; i++) {
     out[0] = vec2_add(b, vec2_scale(to_a, cut / length_a));
     out[2] = vec2_add(b, vec2_scale(to_c, cut / length_c));
     vec2_t chord = vec2_scale(vec2_add(out[0], out[2]), 0.5f);
@@ -61,6 +53,7 @@ static bool round_corner(const clearance_t *clearance, vec2_t a, vec2_t b, vec2_
         clearance_segment_free(clearance, out[1], out[2])) {
       return true;
     }
+    cut *= 0.5f;
   }
   return false;
 }

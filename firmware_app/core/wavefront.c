@@ -207,14 +207,6 @@ static grid_cell_t step_back(const wavefront_t *wave, grid_cell_t cell, uint32_t
   return cell;
 }
 
-static void reverse(vec2_t *points, int count) {
-  for (int a = 0, b = count - 1; a < b; a++, b--) {
-    vec2_t swap = points[a];
-    points[a] = points[b];
-    points[b] = swap;
-  }
-}
-
 int wavefront_path(const wavefront_t *wave, const clearance_t *clearance, vec2_t *path_cells,
                    int capacity) {
   if (wave->status != WAVEFRONT_REACHED || capacity < 2) {
@@ -235,6 +227,6 @@ int wavefront_path(const wavefront_t *wave, const clearance_t *clearance, vec2_t
     previous = next;
   }
   path_cells[count++] = centre_of(wave->start);
-  reverse(path_cells, count);
+  vec2_reverse(path_cells, count);
   return count;
 }

@@ -15,12 +15,15 @@
 #include "usec_time.h"
 
 enum {
+  NAV_MAX_BYTES = 21504, ///< of the 22,528 that core and app may have
   PERIOD_MS = 20,
   REST_MS =
       2, ///< at least, also after a tick that took too long: only the idle task feeds the watchdog
 };
 
 static nav_t nav;
+
+_Static_assert(sizeof(nav_t) <= NAV_MAX_BYTES, "nav_t takes more memory than it may");
 
 static void take_command(void) {
   nav_command_t command;

@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compile the core for this machine or for the chip, and read what is in the objects."""
+"""Compile core and app for this machine or for the chip, and read what is in the objects."""
 
 import re
 import shutil
 import subprocess
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-CORE = ROOT / "firmware_app" / "core"
+FIRMWARE_APP = ROOT / "firmware_app"
+CORE = FIRMWARE_APP / "core"
+INCLUDED = {"core": ("core",), "app": ("app", "core", "host")}
+"""What a part of the C code may include."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,16 +32,20 @@ class Toolchain:
 
 
 HOST = Toolchain("this machine", "", ("-std=c11", "-O2", "-ffp-contract=off"))
+ARCHITECTURE = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16")
+COMMON = ("-fno-math-errno", "-ffunction-sections", "-fdata-sections", "-Wdouble-promotion",
+          "-Werror")  # fmt: skip
 # As the firmware is compiled (its tools/make/Makefile and arch/ files).
 CHIP = Toolchain(
     "Cortex-M4F",
     "arm-none-eabi-",
-    (
-        "-std=gnu11", "-Os", "-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16",
-        "-fno-math-errno", "-fno-strict-aliasing", "-ffunction-sections", "-fdata-sections",
-        "-Wdouble-promotion", "-Werror",
-    ),
-)  # fmt: skip
+    (*ARCHITECTURE, *COMMON, "-std=gnu11", "-Os", "-fno-strict-aliasing"),
+)
+CHIP_STRICT = Toolchain(
+    "Cortex-M4F, -O2",
+    "arm-none-eabi-",
+    (*ARCHITECTURE, *COMMON, "-std=c11", "-O2", "-ffp-contract=off"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,27 +57,73 @@ class Symbol:
     size: int
 
 
-def compile_core(toolchain: Toolchain, folder: Path) -> list[Path]:
-    """Objects of all core files, in the folder, each with its stack usage and call graph."""
-    sources = sorted(CORE.glob("*.c"))
-    extra = ("-c", "-fstack-usage", "-fcallgraph-info=su", f"-I{CORE}")
-    toolchain.run("gcc", *toolchain.flags, *extra, *sources, cwd=folder)
-    return [folder / f"{source.stem}.o" for source in sources]
+@dataclass(frozen=True, slots=True)
+class Objects:
+    """Parts of a tree like firmware_app, compiled into the folders of their names."""
+
+    toolchain: Toolchain
+    source: Path
+    folder: Path
+
+    def of(self, part: str) -> list[Path]:
+        """The objects of core or app."""
+        return sorted((self.folder / part).glob("*.o"))
+
+    def all(self) -> list[Path]:
+        """The objects of all parts that were compiled."""
+        return [path for part in INCLUDED for path in self.of(part)]
+
+    def compile(self, *sources: Path) -> None:
+        """Compile these files of the tree (anew), each with its stack usage and call graph."""
+        for part, included in INCLUDED.items():
+            of_part = [path for path in sources if path.parent.name == part]
+            if of_part:
+                folder = self.folder / part
+                folder.mkdir(exist_ok=True)
+                flags = [*self.toolchain.flags, *(f"-I{self.source / name}" for name in included)]
+                self.toolchain.run(
+                    "gcc", *flags, "-c", "-fstack-usage", "-fcallgraph-info=su", *of_part,
+                    cwd=folder,
+                )  # fmt: skip
 
 
-def symbols(toolchain: Toolchain, path: Path) -> list[Symbol]:
-    """Everything that an object defines or needs."""
-    found = []
-    for line in toolchain.run("nm", "--format=posix", path).splitlines():
-        name, letter, *rest = line.split()
-        found.append(Symbol(name, letter, int(rest[1], 16) if len(rest) > 1 else 0))
+def compile_tree(
+    toolchain: Toolchain, folder: Path, source: Path = FIRMWARE_APP, parts: Iterable[str] = INCLUDED
+) -> Objects:
+    """All C files of these parts."""
+    objects = Objects(toolchain, source, folder)
+    objects.compile(*(path for part in parts for path in sorted((source / part).glob("*.c"))))
+    return objects
+
+
+def symbols(toolchain: Toolchain, *paths: Path) -> dict[Path, list[Symbol]]:
+    """Everything that these objects define or need."""
+    found: dict[Path, list[Symbol]] = {path: [] for path in paths}
+    of_one = found[paths[0]]
+    for line in toolchain.run("nm", "--format=posix", *paths).splitlines():
+        if line.endswith(":"):  # only where there are several
+            of_one = found[Path(line[:-1])]
+        elif line:
+            name, letter, *rest = line.split()
+            of_one.append(Symbol(name, letter, int(rest[1], 16) if len(rest) > 1 else 0))
     return found
 
 
-def sections(toolchain: Toolchain, path: Path) -> tuple[int, int, int]:
-    """Bytes of text (with constants), data and bss."""
-    text, data, bss = toolchain.run("size", path).splitlines()[1].split()[:3]
-    return int(text), int(data), int(bss)
+@dataclass(frozen=True, slots=True)
+class Sections:
+    """Bytes of an object."""
+
+    text: int
+    """Code and constants."""
+    data: int
+    bss: int
+
+
+def sections(toolchain: Toolchain, *paths: Path) -> dict[Path, Sections]:
+    """What these objects are made of."""
+    rows = toolchain.run("size", *paths).splitlines()[1:]
+    sizes = [Sections(*map(int, row.split()[:3])) for row in rows]
+    return dict(zip(paths, sizes, strict=True))
 
 
 def sizes_of(toolchain: Toolchain, folder: Path, types: dict[str, str]) -> dict[str, int]:
@@ -78,7 +132,8 @@ def sizes_of(toolchain: Toolchain, folder: Path, types: dict[str, str]) -> dict[
     source = folder / "sizes_of.c"
     source.write_text("\n".join(lines) + "\n")
     toolchain.run("gcc", *toolchain.flags, "-c", "-fno-common", f"-I{CORE}", source, cwd=folder)
-    sizes = {symbol.name: symbol.size for symbol in symbols(toolchain, folder / "sizes_of.o")}
+    (found,) = symbols(toolchain, folder / "sizes_of.o").values()
+    sizes = {symbol.name: symbol.size for symbol in found}
     return {name: sizes[f"size_{name}"] for name in types}
 
 
@@ -92,10 +147,10 @@ class Function:
 
 
 def call_graph(folder: Path) -> dict[str, Function]:
-    """All functions of the objects compiled into the folder, from gcc's .ci files."""
+    """All functions of the objects compiled below the folder, from gcc's .ci files."""
     nodes: dict[str, tuple[int, bool]] = {}
     edges: dict[str, list[str]] = {}
-    for path in folder.glob("*.ci"):
+    for path in folder.rglob("*.ci"):
         text = path.read_text()
         node = re.compile(r'node: { title: "([^"]+)" label: "[^"]*\\n(\d+) bytes \(([^)]+)\)')
         for title, frame, kind in node.findall(text):

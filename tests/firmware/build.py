@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compile test programs for this machine and for the chip, and the cycle model for this machine."""
+
+import atexit
+import shutil
+import tempfile
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from tests.tools.objects import CHIP, CORE, HOST, Toolchain
+
+HERE = Path(__file__).parent
+ARCHITECTURE = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16")
+STRICT = Toolchain(
+    "Cortex-M4F, -O2",
+    CHIP.prefix,
+    (*ARCHITECTURE, "-std=c11", "-O2", "-ffp-contract=off", "-fno-math-errno",
+     "-ffunction-sections", "-fdata-sections", "-Wdouble-promotion", "-Werror"),
+)  # fmt: skip
+FLAG_SETS = {"strict": STRICT, "firmware": CHIP}
+"""The two ways in which the chip's program is compiled; `firmware` is the real firmware's."""
+
+MODEL = ("m4_decode.c", "m4_cost.c", "m4_hooks.c")
+
+
+@dataclass(frozen=True)
+class Program:
+    """A test program: its own C files and those that it is about."""
+
+    name: str
+    sources: tuple[Path, ...]
+    includes: tuple[Path, ...]
+    flags: tuple[str, ...] = ()
+
+
+def core_program(name: str, *files: str) -> Program:
+    """Files of this folder, and the core."""
+    own = tuple(HERE / file for file in files)
+    return Program(name, (*own, *sorted(CORE.glob("*.c"))), (HERE, CORE))
+
+
+FLIGHT = core_program("flight", "flight.c", "bits.c")
+SCENARIO = core_program("scenario", "scenario.c", "bits.c")
+
+
+@cache
+def workshop() -> Path:
+    """A folder for what is compiled; gone when the process ends."""
+    folder = Path(tempfile.mkdtemp(prefix="wayflie-chip-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+@cache
+def build(program: Program, flags: str | None = None) -> Path:
+    """The program for the chip under a set of flags, or for this machine."""
+    toolchain = FLAG_SETS[flags] if flags else HOST
+    folder = workshop() / f"{program.name}-{flags or 'host'}"
+    folder.mkdir()
+    port = HERE / ("port_chip.c" if flags else "port_host.c")
+    options = [*toolchain.flags, *program.flags, *(f"-I{path}" for path in program.includes)]
+    if flags:
+        options += ["-fstack-usage", "-fcallgraph-info=su"]
+    toolchain.run("gcc", *options, "-c", port, *program.sources, cwd=folder)
+    target = folder / "program"
+    link: list[str] = list(toolchain.flags)
+    if flags:
+        link += ["-nostartfiles", "--specs=nano.specs", "--specs=nosys.specs"]
+        link += ["-T", str(HERE / "chip.ld"), "-Wl,--gc-sections,--no-warn-rwx-segments"]
+    objects = [path.name for path in sorted(folder.glob("*.o"))]
+    toolchain.run("gcc", *link, *objects, "-lm", "-o", target, cwd=folder)
+    return target
+
+
+@cache
+def build_model() -> Path:
+    """The cycle model as a shared library."""
+    target = workshop() / "m4.so"
+    flags = ("-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared")
+    HOST.run("gcc", *flags, *(HERE / name for name in MODEL), "-o", target)
+    return target

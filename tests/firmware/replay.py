@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One input through one program here and on the chip: what differs, and what it costs there."""
+
+from __future__ import annotations
+
+import subprocess
+from dataclasses import dataclass
+from functools import cache
+from typing import Final
+
+from tests.firmware.build import FLIGHT, Program, build
+from tests.firmware.chip import Chip, Run
+from tests.firmware.flights import Flight, Recording, record
+from tests.firmware.records import first_difference, outputs
+
+STAGES: Final = {
+    "scan": "scan_step",
+    "slam": "slam_update",
+    "draw": "grid_insert",
+    "clearance": "clearance_refresh",
+    "plan": "nav_plan_step",
+    "plan: wave": "wavefront_extend",
+    "plan: tree": "rrtstar_extend",
+    "plan: route": "route_build",
+    "watch": "nav_watch",
+    "motion": "nav_move",
+    "motion: clear": "route_clear_m",
+    "motion: known": "route_known_m",
+}
+"""Stages of a tick and the function that each of them is."""
+
+TICK: Final = "nav_step"
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A flight on the chip; difference is None if every bit of it is as here."""
+
+    recording: Recording
+    run: Run
+    difference: str | None
+
+
+def on_this_machine(program: Program, data: bytes) -> bytes:
+    """What the program writes when this machine runs it."""
+    command = [str(build(program))]
+    return subprocess.run(command, input=data, capture_output=True, check=True).stdout
+
+
+@cache
+def replay(flight: Flight, flags: str) -> Replay:
+    """Fly, then let the chip compute the same flight from the same inputs."""
+    recording = record(flight)
+    data = bytes(recording.records)
+    here = on_this_machine(FLIGHT, data)
+    run = Chip(build(FLIGHT, flags)).run(data, (TICK, *STAGES.values()))
+    difference = first_difference(here, run.output)
+    steered = [output.setpoint for output in outputs(here) if output.kind == "T"]
+    if steered != recording.setpoints:
+        difference = "this machine's own program does not repeat the flight"
+    return Replay(recording, run, difference)

@@ -71,6 +71,11 @@ check: setup ## Lint, types, formatting, strict C warnings
 	$(BIN)/clang-format --dry-run -Werror $(C_SOURCES) $(C_TESTS)
 	gcc -std=c11 -O2 $(C_WARNINGS) -fsyntax-only $(CORE_C)
 
+.PHONY: analyse
+analyse: setup ## Let gcc, clang, clang-tidy and cppcheck read the C code
+	tests/tools/debian_packages.sh analysis
+	$(BIN)/python -m tests.tools.analyse
+
 .PHONY: firmware
 firmware: need-base ## Build the app into the real firmware: CRAZYFLIE_BASE=... [PLATFORM=cf2|cf21bl]
 	$(MAKE) -C firmware_app CRAZYFLIE_BASE=$(abspath $(CRAZYFLIE_BASE)) $(PLATFORM)_defconfig
@@ -87,7 +92,7 @@ flash: $(CFCLIENT)/.installed ## Send the built firmware to a Crazyflie [PLATFOR
 	  -w $(or $(URI),radio://0/80/2M/E7E7E7E7E7)
 
 .PHONY: sizes
-sizes: setup ## Print what the core needs: RAM of each part, flash of each object
+sizes: setup ## Print what core and app need on the chip: RAM, flash, stack
 	$(BIN)/python -m tests.tools.sizes
 
 .PHONY: picture

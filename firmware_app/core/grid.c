@@ -7,7 +7,8 @@
 
 #include "ray.h"
 
-static const float FAR_CELLS = 1.0e5f; ///< beyond, a position is not worth tracing
+static const float FAR_CELLS = 1.0e5f;       ///< beyond, a position is not worth tracing
+static const float RANGE_MAX_CELLS = 512.0f; ///< of a beam; no sensor here sees farther
 static const uint32_t OCCUPIED_BITS = 0x88888888u;
 
 grid_config_t grid_config_default(void) {
@@ -29,7 +30,7 @@ void grid_init(grid_t *grid, const grid_config_t *cfg, vec2_t centre_m, float ce
 }
 
 static bool inside(int ix, int iy) {
-  return ix >= 0 && iy >= 0 && ix < GRID_SIDE_CELLS && iy < GRID_SIDE_CELLS;
+  return (unsigned)ix < GRID_SIDE_CELLS && (unsigned)iy < GRID_SIDE_CELLS;
 }
 
 vec2_t grid_to_cells(const grid_t *grid, vec2_t point_m) {
@@ -54,11 +55,14 @@ bool grid_locate(const grid_t *grid, vec2_t point_m, grid_cell_t *cell) {
   return within;
 }
 
+/** Of a cell inside the grid. */
+static int value_inside(const grid_t *grid, int ix, int iy) {
+  unsigned x = (unsigned)ix;
+  return (int)(grid->cells[(unsigned)iy * GRID_ROW_WORDS + x / 8u] >> (x % 8u * 4u) & 15u);
+}
+
 int grid_value(const grid_t *grid, int ix, int iy) {
-  if (!inside(ix, iy)) {
-    return GRID_UNKNOWN;
-  }
-  return (int)(grid->cells[iy * GRID_ROW_WORDS + ix / 8] >> (ix % 8 * 4) & 15u);
+  return inside(ix, iy) ? value_inside(grid, ix, iy) : GRID_UNKNOWN;
 }
 
 static grid_state_t state_of(int value) {
@@ -119,7 +123,7 @@ static bool add_hit(grid_t *grid, grid_cell_t cell, vec2_t point_m) {
 static bool add_miss(grid_t *grid, int ix, int iy) {
   int value = grid_value(grid, ix, iy);
   value = (value == GRID_UNKNOWN ? GRID_OCCUPIED_MIN - 1 : value) - grid->cfg.miss;
-  return put(grid, ix, iy, value > 1 ? value : 1);
+  return put(grid, ix, iy, value > GRID_FREE_MIN ? value : GRID_FREE_MIN);
 }
 
 /** What one measured set does to the grid, while it is being worked in. */
@@ -139,12 +143,16 @@ static bool is_end(const insertion_t *insertion, int ix, int iy) {
 }
 
 /** Clear along one ray. Rays off the axis leave occupied cells alone: the cone's edge is weak
- * evidence. */
+ * evidence. Cells that are as free as can be, which most are, cost nothing more. */
 static void clear_ray(grid_t *grid, insertion_t *insertion, vec2_t to_cells, bool axis) {
   ray_t ray = ray_start(insertion->from_cells, to_cells);
   do {
-    if (inside(ray.ix, ray.iy) && !is_end(insertion, ray.ix, ray.iy) &&
-        (axis || grid_value(grid, ray.ix, ray.iy) < GRID_OCCUPIED_MIN)) {
+    if (!inside(ray.ix, ray.iy)) {
+      continue;
+    }
+    int value = value_inside(grid, ray.ix, ray.iy);
+    bool concerned = value != GRID_FREE_MIN && (axis || value < GRID_OCCUPIED_MIN);
+    if (concerned && !is_end(insertion, ray.ix, ray.iy)) {
       insertion->changed += add_miss(grid, ray.ix, ray.iy);
     }
   } while (ray_next(&ray));
@@ -173,6 +181,12 @@ static void clear_fan(grid_t *grid, insertion_t *insertion, float angle_rad, flo
   }
 }
 
+/** Beam is in the mask, and its range is one. */
+static bool has_beam(const grid_t *grid, const scan_frame_t *frame, int mask, int beam) {
+  float cells = frame->range_m[beam] * grid->cells_per_m;
+  return (mask >> beam & 1) != 0 && cells >= 0.0f && cells < RANGE_MAX_CELLS;
+}
+
 int grid_insert(grid_t *grid, const scan_frame_t *frame, pose2_t map_pose) {
   insertion_t insertion = {.from_cells = grid_to_cells(grid, pose2_position(map_pose)),
                            .changed = 0};
@@ -181,7 +195,7 @@ int grid_insert(grid_t *grid, const scan_frame_t *frame, pose2_t map_pose) {
   }
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     insertion.ends[beam].ix = -1;
-    if ((frame->hit >> beam & 1) != 0) {
+    if (has_beam(grid, frame, frame->hit, beam)) {
       float angle_rad = map_pose.yaw_rad + scan_bearing_rad(beam);
       vec2_t end = grid_to_metres(grid, ray_end(grid, &insertion, angle_rad, frame->range_m[beam]));
       if (grid_locate(grid, end, &insertion.ends[beam])) {
@@ -190,7 +204,7 @@ int grid_insert(grid_t *grid, const scan_frame_t *frame, pose2_t map_pose) {
     }
   }
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
-    if (((frame->hit | frame->clear) >> beam & 1) != 0) {
+    if (has_beam(grid, frame, frame->hit | frame->clear, beam)) {
       clear_fan(grid, &insertion, map_pose.yaw_rad + scan_bearing_rad(beam), frame->range_m[beam]);
     }
   }
@@ -251,7 +265,7 @@ bool grid_segment_known(const grid_t *grid, vec2_t a_m, vec2_t b_m, float half_w
   }
   vec2_t across =
       length > 0.0f ? vec2_scale((vec2_t){-along.y, along.x}, 1.0f / length) : (vec2_t){0.0f, 1.0f};
-  float half = half_width_m * grid->cells_per_m;
+  float half = geometry_clamp(half_width_m * grid->cells_per_m, 0.0f, (float)GRID_SIDE_CELLS);
   int lines = (int)geometry_clamp(2.0f * half + 1.0f, 1.0f, 32.0f);
   for (int i = 0; i <= lines; i++) {
     vec2_t aside = vec2_scale(across, half * (2.0f * (float)i / (float)lines - 1.0f));

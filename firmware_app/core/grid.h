@@ -23,6 +23,7 @@ enum {
   GRID_ROW_WORDS = GRID_SIDE_CELLS / 8, ///< 8 four-bit cells a word
   GRID_BIT_WORDS = GRID_SIDE_CELLS / 32,
   GRID_UNKNOWN = 0,
+  GRID_FREE_MIN = 1,
   GRID_OCCUPIED_MIN = 8,
   GRID_VALUE_MAX = 15,
   GRID_POINT_WAYS = 4,
@@ -80,6 +81,7 @@ grid_state_t grid_state(const grid_t *grid, int ix, int iy);
 void grid_set_value(grid_t *grid, int ix, int iy, int value);
 
 /** Fold one measured set, its body at map_pose, into the grid. Beams are clipped at the border.
+ *  A beam whose range is no distance, or one that no sensor measures, draws nothing.
  *  A cell that a beam of this set ended in is not cleared by the set's other rays.
  *  @return cells whose state (unknown, free, occupied) changed */
 int grid_insert(grid_t *grid, const scan_frame_t *frame, pose2_t map_pose);

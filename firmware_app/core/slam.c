@@ -107,7 +107,10 @@ __attribute__((noinline)) static void predict_covariance(slam_t *slam, vec2_t mo
 static bool invert3(const float *const m[3], float inverse[3][3]) {
   for (int a = 0; a < 3; a++) {
     for (int b = 0; b < 3; b++) {
-      int r0 = (b + 1) % 3, r1 = (b + 2) % 3, c0 = (a + 1) % 3, c1 = (a + 2) % 3;
+      int r0 = (b + 1) % 3;
+      int r1 = (b + 2) % 3;
+      int c0 = (a + 1) % 3;
+      int c1 = (a + 2) % 3;
       inverse[a][b] = m[r0][c0] * m[r1][c1] - m[r0][c1] * m[r1][c0];
     }
   }
@@ -212,13 +215,13 @@ static void close_window(slam_t *slam, const grid_t *grid) {
   vec2_t moved_m = vec2_sub(pose2_position(newest), pose2_position(slam->window_start));
   predict_covariance(slam, moved_m, (float)elapsed_ms * 0.001f);
   float prior[3][3];
-  float posterior[3][3];
-  float correction[3];
-  slam_match_t match;
   const float *pose_covariance[3] = {slam->covariance[X], slam->covariance[Y],
                                      slam->covariance[YAW]};
   bool known_ground = false;
   if (invert3(pose_covariance, prior)) {
+    float posterior[3][3];
+    float correction[3];
+    slam_match_t match;
     bool fits = fit(slam, grid, prior, correction, posterior, &match);
     known_ground =
         match.matched >= MATCHED_MIN && (float)match.matched >= EXPLORING * (float)match.ends;

@@ -8,6 +8,7 @@
 enum { REACH_CELLS = 5 };
 
 static const uint32_t OCCUPIED_BITS = 0x88888888u;
+static const float FAR_CELLS = 1.0e5f;      ///< a step that diverged: no wall is there
 static const float WEIGHT_MIN = 2.0f;       ///< lighter neighbourhoods are no wall
 static const float LENGTH_MIN_CELLS = 0.4f; ///< shorter ones have no direction
 
@@ -40,6 +41,9 @@ static void add_cell(const grid_t *grid, int ix, int iy, vec2_t around_cells, fl
 
 static moments_t moments_around(const grid_t *grid, vec2_t p_cells, float kernel_cells2) {
   moments_t sum = {0};
+  if (!(fabsf(p_cells.x) < FAR_CELLS && fabsf(p_cells.y) < FAR_CELLS)) {
+    return sum;
+  }
   int cx = (int)floorf(p_cells.x);
   int cy = (int)floorf(p_cells.y);
   for (int iy = cy - REACH_CELLS; iy <= cy + REACH_CELLS; iy++) {
@@ -100,8 +104,8 @@ static void add_end(const slam_t *slam, const wall_t *wall, vec2_t arm_m, float 
   float bound2 = slam->cfg.robust * slam->cfg.robust;
   float weight = bound2 / (bound2 + mahalanobis2);
   weight = weight * weight * information;
-  float jacobian[3] = {wall->normal.x, wall->normal.y,
-                       -wall->normal.x * arm_m.y + wall->normal.y * arm_m.x};
+  const float jacobian[3] = {wall->normal.x, wall->normal.y,
+                             -wall->normal.x * arm_m.y + wall->normal.y * arm_m.x};
   for (int a = 0; a < 3; a++) {
     for (int b = 0; b < 3; b++) {
       match->hessian[a][b] += weight * jacobian[a] * jacobian[b];

@@ -109,7 +109,7 @@ void consolePrintf(const char *format, ...) {
   char text[256];
   va_list arguments;
   va_start(arguments, format);
-  vsnprintf(text, sizeof text, format, arguments);
+  (void)vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);
   for (const char *c = text; *c && console_count < CONSOLE_BYTES; c++) {
     console[(console_first + console_count++) % CONSOLE_BYTES] = *c;

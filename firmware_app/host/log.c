@@ -10,8 +10,10 @@
 
 enum { TYPE_MASK = 0x0F, GROUPS_MAX = 64 };
 
-extern const struct log_s *const __start_wayflie_log[];
-extern const struct log_s *const __stop_wayflie_log[];
+typedef const struct log_s *group_t;
+
+extern const group_t __start_wayflie_log[];
+extern const group_t __stop_wayflie_log[];
 
 static toc_t toc;
 
@@ -20,13 +22,13 @@ static int by_name(const void *a, const void *b) {
 }
 
 __attribute__((constructor)) static void build(void) {
-  const struct log_s *groups[GROUPS_MAX];
+  group_t groups[GROUPS_MAX];
   const size_t count = (size_t)(__stop_wayflie_log - __start_wayflie_log);
   if (count > GROUPS_MAX) {
     abort();
   }
-  memcpy(groups, __start_wayflie_log, count * sizeof *groups);
-  qsort(groups, count, sizeof *groups, by_name);
+  memcpy(groups, __start_wayflie_log, count * sizeof(group_t));
+  qsort(groups, count, sizeof(group_t), by_name);
   for (size_t i = 0; i < count; i++) {
     const struct log_s *entry = groups[i];
     do {
@@ -46,6 +48,9 @@ static const struct log_s *entry_of(int id) {
 /** The value in the widest type, from memory or from its function. Integers below 2^53 are exact.
  */
 static double acquire(const struct log_s *entry, uint32_t time_ms) {
+  if (!entry || !entry->address) {
+    return 0.0;
+  }
   const logByFunction_t *get = (entry->type & LOG_BY_FUNCTION) ? entry->address : 0;
   const void *at = entry->address;
   switch (entry->type & TYPE_MASK) {

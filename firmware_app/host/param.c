@@ -9,8 +9,10 @@
 
 enum { GROUPS_MAX = 64, NO_ENTRY = 2, NO_ACCESS = 13, INVALID = 22 };
 
-extern const struct param_s *const __start_wayflie_param[];
-extern const struct param_s *const __stop_wayflie_param[];
+typedef const struct param_s *group_t;
+
+extern const group_t __start_wayflie_param[];
+extern const group_t __stop_wayflie_param[];
 
 static toc_t toc;
 static uint8_t defaults[TOC_ENTRIES][4];
@@ -26,13 +28,13 @@ static int by_name(const void *a, const void *b) {
 
 /** The defaults are what the variables hold when the library is loaded. */
 __attribute__((constructor)) static void build(void) {
-  const struct param_s *groups[GROUPS_MAX];
+  group_t groups[GROUPS_MAX];
   const size_t count = (size_t)(__stop_wayflie_param - __start_wayflie_param);
   if (count > GROUPS_MAX) {
     abort();
   }
-  memcpy(groups, __start_wayflie_param, count * sizeof *groups);
-  qsort(groups, count, sizeof *groups, by_name);
+  memcpy(groups, __start_wayflie_param, count * sizeof(group_t));
+  qsort(groups, count, sizeof(group_t), by_name);
   for (size_t i = 0; i < count; i++) {
     const struct param_s *entry = groups[i];
     do {
@@ -105,7 +107,7 @@ int sim_port_param_write(int id, const uint8_t *bytes, int size) {
     return NO_ACCESS;
   }
   const int error = sim_port_param_force(id, bytes, size);
-  if (error == 0 && entry->callback) {
+  if (error == 0 && entry && entry->callback) {
     entry->callback();
   }
   return error;

@@ -12,7 +12,7 @@ typedef struct {
   uint16_t index;
 } paramVarId_t;
 
-#define PARAM_VARID_IS_VALID(varId) (varId.id != 0xffffu)
+#define PARAM_VARID_IS_VALID(varId) ((varId).id != 0xffffu)
 
 paramVarId_t paramGetVarId(const char *group, const char *name);
 /** An invalid id stops the firmware, in all of these. */

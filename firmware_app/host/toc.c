@@ -27,13 +27,15 @@ static uint32_t chain(uint32_t crc, uint8_t type, const char *name) {
     buffer[i] = (uint8_t)(crc >> (8 * i));
   }
   buffer[4] = type;
-  memcpy(&buffer[5], name, length);
+  for (size_t i = 0; i < length; i++) {
+    buffer[5 + i] = (uint8_t)name[i];
+  }
   return crc32_of(buffer, 5 + length);
 }
 
 static void require(bool holds, const char *rule, const char *name) {
   if (!holds) {
-    fprintf(stderr, "wayflie host: %s: %s\n", rule, name);
+    (void)fprintf(stderr, "wayflie host: %s: %s\n", rule, name);
     abort();
   }
 }
@@ -67,6 +69,6 @@ bool toc_valid(const toc_t *toc, int id) {
 
 void toc_describe(const toc_entry_t *entry, sim_port_entry_t *out) {
   out->type = entry->type;
-  strcpy(out->group, entry->group);
-  strcpy(out->name, entry->name);
+  memcpy(out->group, entry->group, strlen(entry->group) + 1); // toc_add knows that both fit
+  memcpy(out->name, entry->name, strlen(entry->name) + 1);
 }

@@ -176,3 +176,11 @@ def test_outside_the_grid_nothing_is_known() -> None:
     assert not lib.grid_segment_known(grid, inside, outside, 0.0)
     assert not lib.grid_segment_known(grid, vec2(math.nan, 0.0), inside, 0.1)
     assert not lib.grid_segment_known(grid, inside, vec2(0.0, math.inf), 0.1)
+
+
+@pytest.mark.parametrize("half_m", [math.nan, -1.0, -math.inf])
+def test_a_width_that_is_none_is_a_line(half_m: float) -> None:
+    grid = new_grid()
+    for ix in range(60, 71):
+        lib.grid_set_value(grid, ix, 64, 3)
+    assert lib.grid_segment_known(grid, vec2(-0.1, 0.025), vec2(0.3, 0.025), half_m)

@@ -42,6 +42,13 @@ def test_a_beam_marks_its_end_and_clears_its_way() -> None:
     assert changed == grid.known == np.count_nonzero(values(grid))
 
 
+@pytest.mark.parametrize("range_m", [math.nan, math.inf, -0.1, 3e5, 1e38])
+def test_a_range_that_no_sensor_measures_draws_nothing(range_m: float) -> None:
+    grid = new_grid()
+    assert lib.grid_insert(grid, frame({0: range_m}, {1: range_m}), pose()) == 0
+    assert grid.known == 0
+
+
 @pytest.mark.parametrize(
     ("beam", "yaw_rad", "end"),
     [

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Make sure that a group of Debian packages is there: `debian_packages.sh host|cfclient|test|ci`.
+# Make sure that a group of Debian packages is there:
+# `debian_packages.sh host|cfclient|test|analysis|ci`.
 # Root gets them installed; anybody else gets one line that says what is missing.
 set -euo pipefail
 
@@ -22,9 +23,11 @@ case ${1:-} in
   cfclient) packages=(python3 python3-venv libegl1 libgl1 libxkbcommon0 libxkbcommon-x11-0
     libdbus-1-3 libfontconfig1 libglib2.0-0 libusb-1.0-0 fonts-dejavu-core) ;;
   test) packages=(chromium fonts-dejavu-core gcc-arm-none-eabi libnewlib-arm-none-eabi) ;;
+  analysis) packages=(clang libclang-rt-14-dev clang-tidy cppcheck) ;;
   ci) packages=(python3 python3-venv python3-dev gcc libc6-dev make gcc-arm-none-eabi
-    libnewlib-arm-none-eabi chromium fonts-dejavu-core) ;;
-  *) echo "usage: $0 host|cfclient|test|ci" >&2 && exit 2 ;;
+    libnewlib-arm-none-eabi chromium fonts-dejavu-core
+    clang libclang-rt-14-dev clang-tidy cppcheck) ;;
+  *) echo "usage: $0 host|cfclient|test|analysis|ci" >&2 && exit 2 ;;
 esac
 
 missing=()

@@ -21,7 +21,7 @@ void nav_set_task(nav_t *nav, mission_task_t task) {
 static void leave_ground(nav_t *nav) {
   nav->mapped = true;
   nav->home = nav->pose;
-  nav->height_sp_m = nav->input.odometry.height_m;
+  nav->height_sp_m = geometry_clamp(nav->input.odometry.height_m, 0.0f, nav->cfg.height_m);
   nav->link_lost = false;
   nav->battery_low = false;
   nav->mission.fault = MISSION_OK;

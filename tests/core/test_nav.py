@@ -36,6 +36,17 @@ def test_it_flies_through_a_door_to_a_goal_that_nobody_has_seen(
     assert (lib.WIRE_EVENT_ARRIVED, lib.MISSION_TASK_GOTO) in flight.events
 
 
+@pytest.mark.parametrize("height_m", [900.0, -900.0])
+def test_it_climbs_from_the_floor_whatever_the_estimator_says(height_m: float) -> None:
+    flight = Flight(ROOM)
+    flight.z_m = height_m
+    flight.step()
+    assert flight.command(TAKE_OFF) == lib.MISSION_OK
+    heights_m = [flight.step().height_m for _ in range(60)]
+    assert max(heights_m) <= flight.nav.cfg.height_m
+    assert heights_m[-1] > 0.3
+
+
 def test_it_comes_home_and_lands() -> None:
     flight = hovering(TWO_ROOMS)
     assert flight.command(GOTO, -1.2, 1.0) == lib.MISSION_OK

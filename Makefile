@@ -76,6 +76,11 @@ analyse: setup ## Let gcc, clang, clang-tidy and cppcheck read the C code
 	tests/tools/debian_packages.sh analysis
 	$(BIN)/python -m tests.tools.analyse
 
+.PHONY: fuzz
+fuzz: setup ## Feed everything that takes outside data with nonsense [SECONDS=60 for each target]
+	tests/tools/debian_packages.sh analysis
+	$(BIN)/python -m tests.tools.fuzz $(or $(SECONDS),60)
+
 .PHONY: firmware
 firmware: need-base ## Build the app into the real firmware: CRAZYFLIE_BASE=... [PLATFORM=cf2|cf21bl]
 	$(MAKE) -C firmware_app CRAZYFLIE_BASE=$(abspath $(CRAZYFLIE_BASE)) $(PLATFORM)_defconfig

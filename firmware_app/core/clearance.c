@@ -64,17 +64,18 @@ static void spread(uint32_t bits[GRID_BIT_WORDS]) {
   }
 }
 
+/** The lowest `count` bits of a word, count of any size. */
+static uint32_t low_bits(int count) {
+  return count <= 0 ? 0u : count >= 32 ? ~0u : (1u << count) - 1u;
+}
+
 /** Everything outside the columns [x0, x1]. */
 static void outside_fence(const clearance_t *clearance, int iy, uint32_t bits[GRID_BIT_WORDS]) {
   bool row_inside = iy >= clearance->fence_y0 && iy <= clearance->fence_y1;
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    uint32_t word = 0u;
-    for (int b = 0; b < 32; b++) {
-      int ix = i * 32 + b;
-      bool is_inside = row_inside && ix >= clearance->fence_x0 && ix <= clearance->fence_x1;
-      word |= is_inside ? 0u : 1u << b;
-    }
-    bits[i] = word;
+    uint32_t before = low_bits(clearance->fence_x0 - i * 32);
+    uint32_t up_to = low_bits(clearance->fence_x1 + 1 - i * 32);
+    bits[i] = row_inside ? before | ~up_to : ~0u;
   }
 }
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import importlib
 import logging
 import signal
 import sys
@@ -33,6 +34,10 @@ app = typer.Typer(
 )
 map_app = typer.Typer(help="The map that the drone has made.", no_args_is_help=True)
 app.add_typer(map_app, name="map")
+bench_app = typer.Typer(
+    help="Measurements; they need a source checkout (`make setup`).", no_args_is_help=True
+)
+app.add_typer(bench_app, name="bench")
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -202,6 +207,24 @@ def map_save(
     from ground.commands import fetch_map
 
     _run(fetch_map(uri, file, out))
+
+
+@bench_app.command("chip")
+def bench_chip(
+    json_file: JsonFile = None,
+    flights: Annotated[int, typer.Option(min=1, max=20, help="The first so many only.")] = 20,
+) -> None:
+    """Replay whole flights on an emulated Cortex-M4F: same bits? what do they cost?"""
+    checkout = Path(__file__).resolve().parent.parent
+    if not (checkout / "tests" / "bench" / "chip.py").exists():
+        _fail("bench needs a source checkout: clone the project and run `make setup` there")
+    sys.path.insert(0, str(checkout))
+    try:
+        chip = importlib.import_module("tests.bench.chip")
+    except ImportError as error:
+        _fail(f"bench lacks a package ({error}): run `make setup` in the checkout")
+    if not chip.run_chip(json_file, flights, out):
+        raise typer.Exit(1)
 
 
 def main() -> None:

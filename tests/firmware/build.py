@@ -8,17 +8,10 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tests.tools.objects import CHIP, CORE, HOST, Toolchain
+from tests.tools.objects import CHIP, CHIP_STRICT, CORE, HOST
 
 HERE = Path(__file__).parent
-ARCHITECTURE = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16")
-STRICT = Toolchain(
-    "Cortex-M4F, -O2",
-    CHIP.prefix,
-    (*ARCHITECTURE, "-std=c11", "-O2", "-ffp-contract=off", "-fno-math-errno",
-     "-ffunction-sections", "-fdata-sections", "-Wdouble-promotion", "-Werror"),
-)  # fmt: skip
-FLAG_SETS = {"strict": STRICT, "firmware": CHIP}
+FLAG_SETS = {"strict": CHIP_STRICT, "firmware": CHIP}
 """The two ways in which the chip's program is compiled; `firmware` is the real firmware's."""
 
 MODEL = ("m4_decode.c", "m4_cost.c", "m4_hooks.c")

@@ -76,6 +76,11 @@ analyse: setup ## Let gcc, clang, clang-tidy and cppcheck read the C code
 	tests/tools/debian_packages.sh analysis
 	$(BIN)/python -m tests.tools.analyse
 
+.PHONY: prove
+prove: setup ## Prove packets, geometry, scan and grid free of run-time errors, with Frama-C
+	tests/tools/debian_packages.sh analysis
+	$(BIN)/python -m tests.tools.prove
+
 .PHONY: fuzz
 fuzz: setup ## Feed everything that takes outside data with nonsense [SECONDS=60 for each target]
 	tests/tools/debian_packages.sh analysis

@@ -23,10 +23,10 @@ case ${1:-} in
   cfclient) packages=(python3 python3-venv libegl1 libgl1 libxkbcommon0 libxkbcommon-x11-0
     libdbus-1-3 libfontconfig1 libglib2.0-0 libusb-1.0-0 fonts-dejavu-core) ;;
   test) packages=(chromium fonts-dejavu-core gcc-arm-none-eabi libnewlib-arm-none-eabi) ;;
-  analysis) packages=(clang libclang-rt-14-dev clang-tidy cppcheck) ;;
+  analysis) packages=(clang libclang-rt-14-dev clang-tidy cppcheck frama-c-base) ;;
   ci) packages=(python3 python3-venv python3-dev gcc libc6-dev make gcc-arm-none-eabi
     libnewlib-arm-none-eabi chromium fonts-dejavu-core
-    clang libclang-rt-14-dev clang-tidy cppcheck) ;;
+    clang libclang-rt-14-dev clang-tidy cppcheck frama-c-base) ;;
   *) echo "usage: $0 host|cfclient|test|analysis|ci" >&2 && exit 2 ;;
 esac
 

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/* Packets and map pieces of any bytes, and messages of any values. */
+#include <string.h>
+
+#include "any.h"
+#include "wire.h"
+
+int main(void) {
+  uint8_t packet[WIRE_PACKET_BYTES];
+  uint8_t again[WIRE_PACKET_BYTES];
+  uint8_t bytes[WIRE_MAP_BYTES];
+  wire_message_t message;
+  wire_map_piece_t piece;
+  for (int i = 0; i < WIRE_PACKET_BYTES; i++) {
+    packet[i] = any_u8;
+  }
+  memset(&message, 0, sizeof message);
+  //@ loop unroll 8;
+  for (int count = 0; count < 8; count++) { // points of a path: 7 stands for too many
+    packet[5] = count < 7 ? (uint8_t)count : (uint8_t)(7u + any_u8 % 249u);
+    if (wire_decode(packet, any_int, &message) == WIRE_OK) {
+      wire_encode(&message, again);
+    }
+  }
+  message.type = WIRE_PATH;
+  message.body.path.count = any_u8;
+  for (int i = 0; i < WIRE_PATH_POINTS; i++) {
+    message.body.path.points_m[i] = any_vec2();
+  }
+  wire_encode(&message, again);
+  memset(&piece, 0, sizeof piece);
+  for (int i = 0; i < WIRE_MAP_BYTES; i++) {
+    bytes[i] = any_u8;
+  }
+  if (wire_map_decode(bytes, &piece)) {
+    wire_map_encode(&piece, bytes);
+  }
+  piece.point_count = any_u8;
+  for (int i = 0; i < WIRE_MAP_POINTS; i++) {
+    piece.point_cell[i] = any_u8;
+    piece.point_eighths[i] = any_u8;
+  }
+  wire_map_encode(&piece, bytes);
+  return 0;
+}

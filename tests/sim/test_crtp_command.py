@@ -7,6 +7,7 @@ import socket
 import struct
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -101,6 +102,7 @@ def test_it_ends_when_whoever_started_it_was_killed() -> None:
             try:
                 client.send(b"\xff")  # the scan probe, answered as long as it lives
                 client.recv(1)
+                time.sleep(0.1)
             except ConnectionRefusedError:
                 return
             except TimeoutError:

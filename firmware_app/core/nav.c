@@ -7,7 +7,7 @@
 
 #include "nav_parts.h"
 
-enum { CLEARANCE_ROWS_PER_TICK = 24 };
+enum { CLEARANCE_ROWS_PER_TICK = 8 };
 
 static const float JUMP_M = 0.5f; ///< in one tick: no drone does that, an estimator reset does
 static const float MAPPING_HEIGHT_M = 0.2f; ///< lower, the beams see the floor
@@ -99,6 +99,22 @@ static bool may_map(const nav_t *nav) {
          nav->input.odometry.height_m > MAPPING_HEIGHT_M;
 }
 
+/** One slice of matching, or one set drawn. @return true if there was something to do: heavy stages
+ * take turns, so that their worst cases never meet in one tick */
+static bool map_slice(nav_t *nav) {
+  scan_frame_t frame;
+  pose2_t map_pose;
+  if (slam_work(&nav->slam, &nav->grid)) {
+    return true;
+  }
+  if (!slam_take(&nav->slam, &frame, &map_pose)) {
+    return false;
+  }
+  grid_insert(&nav->grid, &frame, map_pose);
+  clearance_mark(&nav->clearance, &nav->grid);
+  return true;
+}
+
 static void report(nav_t *nav) {
   nav->status.pose = nav->pose;
   nav->status.goal_m = nav->goal_m;
@@ -119,18 +135,17 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   bool fresh =
       scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_map(nav);
   if (fresh) {
-    pose2_t map_pose;
-    slam_update(&nav->slam, &nav->grid, &frame);
-    while (slam_take(&nav->slam, &frame, &map_pose)) {
-      grid_insert(&nav->grid, &frame, map_pose);
-    }
-    clearance_mark(&nav->clearance, &nav->grid);
+    slam_update(&nav->slam, &frame);
   }
+  bool busy =
+      fresh || map_slice(nav); // a fresh set has the route looked along, which is work enough
   clearance_refresh(&nav->clearance, &nav->grid, CLEARANCE_ROWS_PER_TICK);
   nav->pose = nav->slam.pose;
 
   nav_watch(nav);
-  nav_plan_step(nav);
+  if (!busy) {
+    nav_plan_step(nav);
+  }
   nav_setpoint_t setpoint = nav_move(nav, fresh);
   report(nav);
   return setpoint;

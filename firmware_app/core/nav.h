@@ -124,6 +124,7 @@ typedef enum {
   NAV_PLAN_WAVE,       ///< proving that there is a way
   NAV_PLAN_TREE,       ///< making it short
   NAV_PLAN_WAVE_AGAIN, ///< the tree found none: taking the wave's own
+  NAV_PLAN_PATH,       ///< the wave has met its goal: walking back along it
 } nav_plan_stage_t;
 
 typedef struct {

@@ -110,7 +110,7 @@ static mission_reason_t preflight(const nav_t *nav) {
   return area_usable(nav) ? MISSION_OK : MISSION_BAD_AREA;
 }
 
-static mission_reason_t check_goal(nav_t *nav, vec2_t goal_m) {
+static mission_reason_t check_goal(const nav_t *nav, vec2_t goal_m) {
   grid_cell_t cell;
   if (!(fabsf(goal_m.x) < AREA_MAX_M && fabsf(goal_m.y) < AREA_MAX_M)) {
     return geometry_is_finite(goal_m.x) && geometry_is_finite(goal_m.y) ? MISSION_OUTSIDE_GRID
@@ -123,7 +123,6 @@ static mission_reason_t check_goal(nav_t *nav, vec2_t goal_m) {
       !within(goal_m.y, nav->cfg.area_min_m.y, nav->cfg.area_max_m.y)) {
     return MISSION_OUTSIDE_AREA;
   }
-  clearance_refresh(&nav->clearance, &nav->grid, GRID_SIDE_CELLS);
   return clearance_blocked(&nav->clearance, cell.ix, cell.iy) ? MISSION_GOAL_OCCUPIED : MISSION_OK;
 }
 

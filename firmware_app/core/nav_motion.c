@@ -16,8 +16,9 @@ static const float HEIGHT_REACHED_M = 0.06f;
 static const float LANDED_M = 0.05f;
 static const float LANDED_BELOW_M =
     -0.3f; ///< setpoint this far under the floor: it must have touched down
-static const float GUARD_HEIGHT_M = 0.15f;  ///< lower, the beams see the floor
-static const float PROGRESS_M = 0.25f;      ///< along a route: what counts as progress
+static const float GUARD_HEIGHT_M = 0.15f; ///< lower, the beams see the floor
+static const float PROGRESS_M = 0.25f;     ///< along a route: what counts as progress
+static const float LOOKAHEAD_M = 1.5f; ///< of observed route: more than it takes to stop from 1 m/s
 static const float BLOCKED_MARGIN_M = 0.3f; ///< stop this much before a blocked piece
 static const uint32_t STEP_TIMEOUT_MS = 8000u;
 static const uint32_t STALL_MS = 10000u;
@@ -102,7 +103,8 @@ static void arrive(nav_t *nav) {
 bool nav_look_along(nav_t *nav) {
   float from_m = nav->follower.progress_m;
   float clear_m = route_clear_m(&nav->route, &nav->grid, &nav->clearance, from_m);
-  float known_m = route_known_m(&nav->route, &nav->grid, nav->cfg.known_half_width_m, from_m);
+  float known_m = route_known_m(&nav->route, &nav->grid, nav->cfg.known_half_width_m, from_m,
+                                from_m + LOOKAHEAD_M);
   bool all_clear = clear_m > route_length_m(&nav->route) - 1.0e-3f;
   float safe_m = all_clear ? clear_m : clear_m - BLOCKED_MARGIN_M;
   nav->allowed_m = known_m < safe_m ? known_m : safe_m;

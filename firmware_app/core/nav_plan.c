@@ -6,8 +6,9 @@
 #include "nav_parts.h"
 
 enum {
-  WAVES_PER_TICK = 12,
-  SAMPLES_PER_TICK = 24,
+  WAVES_PER_TICK = 6,
+  FRONTIER_WAVES_PER_TICK = 1, ///< these also look at what is known
+  SAMPLES_PER_TICK = 12,
   SAMPLES_EXTRA = 120, ///< after the first way, at least
   SAMPLES_MAX = 3000,
   BESIDE_CELLS = 6,      ///< so near to the place beside an occupied goal, it has been looked at
@@ -62,7 +63,9 @@ static bool aim_beside(nav_t *nav) {
 /** Begin to plan for the present task, from the present pose. */
 static void begin(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
-  clearance_refresh(&nav->clearance, &nav->grid, GRID_SIDE_CELLS);
+  if (clearance_refresh(&nav->clearance, &nav->grid, 0) > 0) {
+    return; // a few ticks more until the layer has followed the map
+  }
   plan->first_iterations = 0;
   plan->start_cells = grid_to_cells(&nav->grid, pose2_position(nav->pose));
   plan->goal_cells = grid_to_cells(&nav->grid, goal_of_task(nav));
@@ -119,7 +122,7 @@ static void wave_done(nav_t *nav) {
     nav->plan.stage = NAV_PLAN_DONE;
     nav_apply(nav, MISSION_EV_WAY_EXISTS);
   } else if (by_wave || nav->plan.stage == NAV_PLAN_WAVE_AGAIN) {
-    finish_with_wave(nav);
+    nav->plan.stage = NAV_PLAN_PATH;
   } else {
     nav->plan.stage = NAV_PLAN_TREE;
     rrtstar_start(&nav->arena.rrtstar, &nav->cfg.rrtstar, &nav->clearance, nav->plan.start_cells,
@@ -128,7 +131,9 @@ static void wave_done(nav_t *nav) {
 }
 
 static void step_wave(nav_t *nav) {
-  switch (wavefront_extend(&nav->arena.wavefront, &nav->clearance, &nav->grid, WAVES_PER_TICK)) {
+  bool exploring = nav->mission.task == MISSION_TASK_EXPLORE;
+  int waves = exploring ? FRONTIER_WAVES_PER_TICK : WAVES_PER_TICK;
+  switch (wavefront_extend(&nav->arena.wavefront, &nav->clearance, &nav->grid, waves)) {
   case WAVEFRONT_REACHED:
     wave_done(nav);
     break;
@@ -178,6 +183,9 @@ void nav_plan_step(nav_t *nav) {
   case NAV_PLAN_WAVE:
   case NAV_PLAN_WAVE_AGAIN:
     step_wave(nav);
+    break;
+  case NAV_PLAN_PATH:
+    finish_with_wave(nav);
     break;
   case NAV_PLAN_TREE:
     step_tree(nav);

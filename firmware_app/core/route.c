@@ -142,10 +142,11 @@ float route_clear_m(const route_t *route, const grid_t *grid, const clearance_t 
   return clear_m;
 }
 
-float route_known_m(const route_t *route, const grid_t *grid, float half_width_m, float from_m) {
+float route_known_m(const route_t *route, const grid_t *grid, float half_width_m, float from_m,
+                    float until_m) {
   piece_t piece = {.at_m = from_m};
   float known_m = from_m;
-  while (next_piece(route, &piece)) {
+  while (known_m < until_m && next_piece(route, &piece)) {
     if (!grid_segment_known(grid, piece.a_m, piece.b_m, half_width_m)) {
       return known_m;
     }

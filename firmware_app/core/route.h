@@ -33,8 +33,9 @@ float route_length_m(const route_t *route);
  */
 float route_clear_m(const route_t *route, const grid_t *grid, const clearance_t *clearance,
                     float from_m);
-/** How far along the route [m], looking from from_m on, everything within half_width_m was
- * observed. */
-float route_known_m(const route_t *route, const grid_t *grid, float half_width_m, float from_m);
+/** How far along the route [m], looking from from_m on to until_m at most, everything within
+ * half_width_m was observed. */
+float route_known_m(const route_t *route, const grid_t *grid, float half_width_m, float from_m,
+                    float until_m);
 
 #endif

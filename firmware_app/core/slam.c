@@ -9,6 +9,12 @@
 
 enum { X, Y, YAW, BIAS, SCALE, ITERATIONS = 3, MATCHED_MIN = 8, REJECTED_MAX = 2 };
 
+enum {
+  PAIRS = 2, ///< of beams in a set: what is drawn in one go
+  FRONT_AND_BACK = 1 << SCAN_FRONT | 1 << SCAN_BACK,
+  LEFT_AND_RIGHT = 1 << SCAN_LEFT | 1 << SCAN_RIGHT,
+};
+
 static const float DEG = 0.0174532925f;
 static const float BIAS_WALK_RPS = 5.2e-5f; ///< 0.003 deg/s per square root of a second
 static const float SCALE_WALK = 0.002f;
@@ -53,7 +59,8 @@ void slam_init(slam_t *slam, const slam_config_t *cfg, bool enabled, pose2_t pos
 void slam_tie(slam_t *slam, pose2_t pose_odom, pose2_t map_pose) {
   slam->pose = map_pose;
   slam->odometry = pose_odom;
-  slam->count = slam->ready = slam->taken = 0;
+  slam->count = slam->closed = slam->taken = 0;
+  slam->stage = SLAM_GATHERING;
 }
 
 pose2_t slam_to_map(const slam_t *slam, pose2_t pose_odom) {
@@ -132,48 +139,66 @@ static void multiply3(float m[3][3], const float v[3], float result[3]) {
   }
 }
 
-/** Where the last set of the mini-scan was measured, by the present estimate. */
+/** Where the last closed set was measured, by the present estimate. */
 static pose2_t newest_pose(const slam_t *slam) {
-  return slam_to_map(slam, slam->frames[slam->count - 1].pose);
+  return slam_to_map(slam, slam->frames[slam->closed - 1].pose);
 }
 
-/** Gauss-Newton from the prediction. @return false if the mini-scan does not fit; posterior:
- * covariance of the fit */
-__attribute__((noinline)) static bool fit(const slam_t *slam, const grid_t *grid, float prior[3][3],
-                                          float correction[3], float posterior[3][3],
-                                          slam_match_t *match) {
-  pose2_t predicted = newest_pose(slam);
-  memset(correction, 0, 3 * sizeof correction[0]);
-  for (int i = 0; i <= ITERATIONS; i++) {
-    pose2_t pose = {predicted.x_m + correction[X], predicted.y_m + correction[Y],
-                    predicted.yaw_rad + correction[YAW]};
-    slam_match(slam, grid, pose, match);
-    float pull[3];
-    float total[3][3];
-    multiply3(prior, correction, pull);
-    for (int a = 0; a < 3; a++) {
-      pull[a] = slam->cfg.information * match->gradient[a] - pull[a];
-      for (int b = 0; b < 3; b++) {
-        total[a][b] = slam->cfg.information * match->hessian[a][b] + prior[a][b];
-      }
-    }
-    const float *rows[3] = {total[0], total[1], total[2]};
-    if (!invert3(rows, posterior)) {
-      return false;
-    }
-    float step[3];
-    multiply3(posterior, pull, step);
-    for (int a = 0; a < 3 && i < ITERATIONS; a++) {
-      correction[a] += step[a];
+/** The mini-scan is complete: from here on it is matched, a pass at a time. */
+static void close_window(slam_t *slam) {
+  slam->closed = slam->count < SLAM_WINDOW ? slam->count : SLAM_WINDOW;
+  slam->taken = 0;
+  slam->stage = slam->enabled ? SLAM_MATCHING : SLAM_DRAWING;
+  slam->predicted = newest_pose(slam);
+  memset(slam->correction, 0, sizeof slam->correction);
+  slam->pass = 0;
+}
+
+/** Prediction of the covariance to the closed window's end. @return false if it cannot be inverted
+ */
+static bool begin_match(slam_t *slam) {
+  uint32_t elapsed_ms = slam->frames[slam->closed - 1].time_ms - slam->frames[0].time_ms;
+  vec2_t moved_m = vec2_sub(pose2_position(slam->predicted), pose2_position(slam->window_start));
+  predict_covariance(slam, moved_m, (float)elapsed_ms * 0.001f);
+  const float *pose_covariance[3] = {slam->covariance[X], slam->covariance[Y],
+                                     slam->covariance[YAW]};
+  return invert3(pose_covariance, slam->prior);
+}
+
+/** One Gauss-Newton step from the prediction; the last pass only judges. @return false if singular
+ */
+__attribute__((noinline)) static bool match_pass(slam_t *slam, const grid_t *grid,
+                                                 float posterior[3][3], slam_match_t *match) {
+  pose2_t pose = {slam->predicted.x_m + slam->correction[X],
+                  slam->predicted.y_m + slam->correction[Y],
+                  slam->predicted.yaw_rad + slam->correction[YAW]};
+  slam_match(slam, grid, pose, match);
+  float pull[3];
+  float total[3][3];
+  multiply3(slam->prior, slam->correction, pull);
+  for (int a = 0; a < 3; a++) {
+    pull[a] = slam->cfg.information * match->gradient[a] - pull[a];
+    for (int b = 0; b < 3; b++) {
+      total[a][b] = slam->cfg.information * match->hessian[a][b] + slam->prior[a][b];
     }
   }
-  return match->matched >= MATCHED_MIN && (float)match->inliers >= FITTING * (float)match->matched;
+  const float *rows[3] = {total[0], total[1], total[2]};
+  if (!invert3(rows, posterior)) {
+    return false;
+  }
+  float step[3];
+  multiply3(posterior, pull, step);
+  for (int a = 0; a < 3 && slam->pass < ITERATIONS; a++) {
+    slam->correction[a] += step[a];
+  }
+  return true;
 }
 
 /** Spread the correction of the pose over all states, and shrink the covariance by what the fit
  * told: gain = covariance[:, pose] prior; covariance -= gain (prior^-1 - posterior) gain'. */
-__attribute__((noinline)) static void correct(slam_t *slam, float prior[3][3],
-                                              const float correction[3], float posterior[3][3]) {
+__attribute__((noinline)) static void correct(slam_t *slam, float posterior[3][3]) {
+  float(*prior)[3] = slam->prior;
+  const float *correction = slam->correction;
   float gain[SLAM_STATES][3];
   float told[3][3];
   for (int s = 0; s < SLAM_STATES; s++) {
@@ -208,36 +233,47 @@ __attribute__((noinline)) static void correct(slam_t *slam, float prior[3][3],
   slam->pose = pose2_compose(after, pose2_compose(pose2_inverse(before), slam->pose));
 }
 
-/** Match the complete mini-scan and let its frames be drawn, unless they contradict the map. */
-static void close_window(slam_t *slam, const grid_t *grid) {
-  pose2_t newest = newest_pose(slam);
-  uint32_t elapsed_ms = slam->frames[slam->count - 1].time_ms - slam->window_ms;
-  vec2_t moved_m = vec2_sub(pose2_position(newest), pose2_position(slam->window_start));
-  predict_covariance(slam, moved_m, (float)elapsed_ms * 0.001f);
-  float prior[3][3];
-  const float *pose_covariance[3] = {slam->covariance[X], slam->covariance[Y],
-                                     slam->covariance[YAW]};
-  bool known_ground = false;
-  if (invert3(pose_covariance, prior)) {
-    float posterior[3][3];
-    float correction[3];
-    slam_match_t match;
-    bool fits = fit(slam, grid, prior, correction, posterior, &match);
-    known_ground =
-        match.matched >= MATCHED_MIN && (float)match.matched >= EXPLORING * (float)match.ends;
-    if (fits) {
-      correct(slam, prior, correction, posterior);
-      slam->rejected = 0;
-      known_ground = false;
-    }
-  }
-  slam->ready = slam->count;
-  slam->taken = 0;
-  if (known_ground && ++slam->rejected <= REJECTED_MAX) {
-    slam->taken = slam->ready;
+/** Believe the match or not, and let the sets be drawn unless they contradict the map. */
+static void end_match(slam_t *slam, bool solved, const slam_match_t *match, float posterior[3][3]) {
+  bool enough = match->matched >= MATCHED_MIN;
+  bool fits = solved && enough && (float)match->inliers >= FITTING * (float)match->matched;
+  bool known_ground = enough && (float)match->matched >= EXPLORING * (float)match->ends;
+  slam->stage = SLAM_DRAWING;
+  if (fits) {
+    correct(slam, posterior);
+    slam->rejected = 0;
+  } else if (known_ground && ++slam->rejected <= REJECTED_MAX) {
+    slam->taken = (uint8_t)(PAIRS * slam->closed);
   }
   float sd_m = sqrtf(geometry_clamp(slam->covariance[X][X] + slam->covariance[Y][Y], 0.0f, 100.0f));
   slam->confidence = (uint8_t)(100.0f / (1.0f + 10.0f * sd_m));
+}
+
+/** The closed sets are drawn: those that came meanwhile begin the next mini-scan. */
+static void reopen(slam_t *slam) {
+  slam->count = (uint8_t)(slam->count - slam->closed);
+  memmove(slam->frames, &slam->frames[slam->closed], slam->count * sizeof slam->frames[0]);
+  slam->closed = slam->taken = 0;
+  slam->stage = SLAM_GATHERING;
+  slam->window_start = slam_to_map(slam, slam->frames[0].pose);
+}
+
+bool slam_work(slam_t *slam, const grid_t *grid) {
+  if (slam->stage == SLAM_DRAWING && slam->taken == PAIRS * slam->closed) {
+    reopen(slam);
+  }
+  if (slam->stage != SLAM_MATCHING) {
+    return false;
+  }
+  slam_match_t match = {0};
+  float posterior[3][3];
+  bool solved = slam->pass > 0 || begin_match(slam);
+  solved = solved && match_pass(slam, grid, posterior, &match);
+  slam->pass++;
+  if (!solved || slam->pass > ITERATIONS) {
+    end_match(slam, solved, &match, posterior);
+  }
+  return true;
 }
 
 static bool moved_enough(const slam_t *slam, const scan_frame_t *frame) {
@@ -249,34 +285,31 @@ static bool moved_enough(const slam_t *slam, const scan_frame_t *frame) {
          fabsf(step.yaw_rad) > slam->cfg.turn_rad;
 }
 
-void slam_update(slam_t *slam, const grid_t *grid, const scan_frame_t *frame) {
-  if (slam->taken == slam->ready && slam->ready > 0) {
-    slam->count = slam->ready = slam->taken = 0;
-  }
-  if (!slam->enabled) {
-    slam->frames[0] = *frame;
-    slam->count = slam->ready = 1;
-    slam->taken = 0;
-    return;
-  }
-  if (moved_enough(slam, frame)) {
+void slam_update(slam_t *slam, const scan_frame_t *frame) {
+  if (slam->count < SLAM_FRAMES && (!slam->enabled || moved_enough(slam, frame))) {
     if (slam->count == 0) {
       slam->window_start = slam_to_map(slam, frame->pose);
-      slam->window_ms = frame->time_ms;
     }
     slam->frames[slam->count++] = *frame;
   }
-  bool old = frame->time_ms - slam->window_ms > slam->cfg.window_ms;
-  if (slam->count == SLAM_FRAMES || (old && slam->count > 0)) {
-    close_window(slam, grid);
+  if (slam->stage != SLAM_GATHERING || slam->count == 0) {
+    return;
+  }
+  bool old = frame->time_ms - slam->frames[0].time_ms > slam->cfg.window_ms;
+  if (!slam->enabled || slam->count >= SLAM_WINDOW || old) {
+    close_window(slam);
   }
 }
 
 bool slam_take(slam_t *slam, scan_frame_t *frame, pose2_t *map_pose) {
-  if (slam->taken >= slam->ready) {
+  if (slam->stage != SLAM_DRAWING || slam->taken >= PAIRS * slam->closed) {
     return false;
   }
-  *frame = slam->frames[slam->taken++];
+  uint8_t beams = slam->taken % PAIRS == 0 ? FRONT_AND_BACK : LEFT_AND_RIGHT;
+  *frame = slam->frames[slam->taken / PAIRS];
+  frame->hit &= beams;
+  frame->clear &= beams;
+  slam->taken++;
   *map_pose = slam_to_map(slam, frame->pose);
   return true;
 }

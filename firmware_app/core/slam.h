@@ -17,7 +17,14 @@
 #include "grid.h"
 #include "scan.h"
 
-enum { SLAM_FRAMES = 8, SLAM_STATES = 5 };
+enum {
+  SLAM_WINDOW = 8,  ///< sets of a mini-scan
+  SLAM_FRAMES = 13, ///< and room for those that come while it is matched and drawn
+  SLAM_STATES = 5,
+};
+
+/** What is done with the mini-scan now; the slices do not change the result. */
+typedef enum { SLAM_GATHERING, SLAM_MATCHING, SLAM_DRAWING } slam_stage_t;
 
 typedef struct {
   float move_m;       ///< a set joins the mini-scan when the body moved this far since the last one
@@ -45,14 +52,17 @@ typedef struct {
   float scale; ///< odometry reads this share too long
   float covariance[SLAM_STATES][SLAM_STATES];
   scan_frame_t frames[SLAM_FRAMES];
-  uint8_t count; ///< frames in the mini-scan
-  uint8_t ready; ///< frames matched, waiting to be drawn; the first `taken` are gone
-  uint8_t taken;
-  uint8_t rejected;     ///< mini-scans in a row that did not fit
-  bool still;           ///< the waiting frame came without motion
+  uint8_t count;    ///< frames held
+  uint8_t closed;   ///< of these, in the mini-scan that is matched or drawn
+  uint8_t taken;    ///< pairs of beams of these drawn already, two a frame
+  uint8_t rejected; ///< mini-scans in a row that did not fit
+  slam_stage_t stage;
+  uint8_t pass;         ///< of the match
+  pose2_t predicted;    ///< of the newest closed frame, map frame, when the window closed
+  float prior[3][3];    ///< inverse covariance of the predicted pose
+  float correction[3];  ///< of the predicted pose, so far
   pose2_t window_start; ///< map frame, at the first frame
-  uint32_t window_ms;
-  uint8_t confidence; ///< 0..100 [%]
+  uint8_t confidence;   ///< 0..100 [%]
 } slam_t;
 
 slam_config_t slam_config_default(void);
@@ -60,14 +70,16 @@ slam_config_t slam_config_default(void);
 /** Let the pose pose_odom be map_pose from now on, and forget what was estimated. */
 void slam_init(slam_t *slam, const slam_config_t *cfg, bool enabled, pose2_t pose_odom,
                pose2_t map_pose);
-/** The same frames tied anew, bias and scale kept: after a jump of the odometry. */
+/** Tied anew, bias and scale kept, waiting sets dropped: after a jump of the odometry. */
 void slam_tie(slam_t *slam, pose2_t pose_odom, pose2_t map_pose);
 /** Odometry of this tick. */
 void slam_predict(slam_t *slam, pose2_t pose_odom, float elapsed_s);
-/** Take a measured set; match when the mini-scan is complete. */
-void slam_update(slam_t *slam, const grid_t *grid, const scan_frame_t *frame);
-/** The next set to draw and the pose to draw it at; false if there is none. Take all after every
- * update. */
+/** Take a measured set. One that comes while there is no room is dropped. */
+void slam_update(slam_t *slam, const scan_frame_t *frame);
+/** One slice of matching, if there is anything to match. @return true if it worked */
+bool slam_work(slam_t *slam, const grid_t *grid);
+/** The next pair of beams to draw (front and back, then left and right of a set) and the pose to
+ * draw them at; false if there is none now. */
 bool slam_take(slam_t *slam, scan_frame_t *frame, pose2_t *map_pose);
 /** A recent pose of the odometry frame in the map. */
 pose2_t slam_to_map(const slam_t *slam, pose2_t pose_odom);

@@ -118,9 +118,9 @@ static void add_end(const slam_t *slam, const wall_t *wall, vec2_t arm_m, float 
 
 void slam_match(const slam_t *slam, const grid_t *grid, pose2_t pose, slam_match_t *match) {
   memset(match, 0, sizeof *match);
-  pose2_t newest = slam->frames[slam->count - 1].pose;
+  pose2_t newest = slam->frames[slam->closed - 1].pose;
   pose2_t map_from_odom = pose2_compose(pose, pose2_inverse(newest));
-  for (int i = 0; i < slam->count; i++) {
+  for (int i = 0; i < slam->closed; i++) {
     const scan_frame_t *frame = &slam->frames[i];
     pose2_t body = pose2_compose(map_from_odom, frame->pose);
     for (int beam = 0; beam < SCAN_BEAMS; beam++) {

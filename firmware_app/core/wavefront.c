@@ -4,7 +4,10 @@
 
 #include <string.h>
 
-enum { LABELS = 3 };
+enum {
+  LABELS = 3,
+  LEG_MAX = 32, ///< steps between two points of a way: bounds the work of looking along it
+};
 
 static uint32_t label_of(uint32_t wave) {
   return wave % LABELS + 1u;
@@ -65,9 +68,11 @@ static uint32_t sideways(const uint32_t bits[GRID_BIT_WORDS], int i) {
 }
 
 static int first_bit(const uint32_t bits[GRID_BIT_WORDS]) {
-  for (int ix = 0; ix < GRID_SIDE_CELLS; ix++) {
-    if ((bits[ix / 32] >> (ix % 32) & 1u) != 0u) {
-      return ix;
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    for (int b = 0; bits[i] != 0u && b < 32; b++) {
+      if ((bits[i] >> b & 1u) != 0u) {
+        return i * 32 + b;
+      }
     }
   }
   return -1;
@@ -111,21 +116,23 @@ static int found_in_row(const wavefront_t *wave, const grid_t *grid, int iy,
   return first_frontier(grid, iy, fresh);
 }
 
+/** The cells of three neighbouring rows that the last wave reached. */
+typedef struct {
+  uint32_t below[GRID_BIT_WORDS];
+  uint32_t here[GRID_BIT_WORDS];
+  uint32_t above[GRID_BIT_WORDS];
+} front_t;
+
 /** Label what the wave reaches in row iy. @return true if anything was reached */
 static bool extend_row(wavefront_t *wave, const clearance_t *clearance, const grid_t *grid, int iy,
-                       uint32_t from_label, uint32_t to_label) {
-  uint32_t above[GRID_BIT_WORDS];
-  uint32_t here[GRID_BIT_WORDS];
-  uint32_t below[GRID_BIT_WORDS];
+                       const front_t *front, uint32_t to_label) {
   uint32_t fresh[GRID_BIT_WORDS];
-  labelled_row(wave, iy + 1, from_label, above);
-  labelled_row(wave, iy, from_label, here);
-  labelled_row(wave, iy - 1, from_label, below);
   uint32_t any = 0u;
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
     int word = iy * GRID_BIT_WORDS + i;
-    fresh[i] = (above[i] | below[i] | sideways(here, i)) & ~clearance->bits[word] &
-               ~(wave->low[word] | wave->high[word]);
+    uint32_t labelled = wave->low[word] | wave->high[word];
+    fresh[i] = (front->above[i] | front->below[i] | sideways(front->here, i)) &
+               ~clearance->bits[word] & ~labelled;
     any |= fresh[i];
   }
   if (any != 0u && wave->target == WAVEFRONT_TO_FRONTIER) {
@@ -152,23 +159,36 @@ static bool extend_row(wavefront_t *wave, const clearance_t *clearance, const gr
   return true;
 }
 
+/** One wave over the rows that the last one touched and one to both sides. @return true if it got
+ * on
+ */
+static bool one_wave(wavefront_t *wave, const clearance_t *clearance, const grid_t *grid) {
+  uint32_t from_label = label_of(wave->waves);
+  uint32_t to_label = label_of(wave->waves + 1u);
+  int first = wave->row_min > 0 ? wave->row_min - 1 : 0;
+  int last = wave->row_max < GRID_SIDE_CELLS - 1 ? wave->row_max + 1 : GRID_SIDE_CELLS - 1;
+  bool any = false;
+  front_t front;
+  labelled_row(wave, first - 1, from_label, front.below);
+  labelled_row(wave, first, from_label, front.here);
+  for (int iy = first; iy <= last; iy++) {
+    labelled_row(wave, iy + 1, from_label, front.above);
+    if (extend_row(wave, clearance, grid, iy, &front, to_label)) {
+      any = true;
+      wave->row_min = (int16_t)(iy < wave->row_min ? iy : wave->row_min);
+      wave->row_max = (int16_t)(iy > wave->row_max ? iy : wave->row_max);
+    }
+    memcpy(front.below, front.here, sizeof front.below);
+    memcpy(front.here, front.above, sizeof front.here);
+  }
+  wave->waves++;
+  return any;
+}
+
 wavefront_status_t wavefront_extend(wavefront_t *wave, const clearance_t *clearance,
                                     const grid_t *grid, int max_waves) {
   for (int i = 0; i < max_waves && wave->status == WAVEFRONT_RUNNING; i++) {
-    uint32_t from_label = label_of(wave->waves);
-    uint32_t to_label = label_of(wave->waves + 1u);
-    wave->waves++;
-    int first = wave->row_min > 0 ? wave->row_min - 1 : 0;
-    int last = wave->row_max < GRID_SIDE_CELLS - 1 ? wave->row_max + 1 : GRID_SIDE_CELLS - 1;
-    bool any = false;
-    for (int iy = first; iy <= last; iy++) {
-      if (extend_row(wave, clearance, grid, iy, from_label, to_label)) {
-        any = true;
-        wave->row_min = (int16_t)(iy < wave->row_min ? iy : wave->row_min);
-        wave->row_max = (int16_t)(iy > wave->row_max ? iy : wave->row_max);
-      }
-    }
-    if (!any) {
+    if (!one_wave(wave, clearance, grid)) {
       wave->status = WAVEFRONT_EXHAUSTED;
     }
   }
@@ -179,10 +199,10 @@ bool wavefront_nearest(const wavefront_t *wave, vec2_t point_cells, grid_cell_t 
   float best = 1.0e9f;
   for (int iy = wave->row_min; iy <= wave->row_max; iy++) {
     for (int ix = 0; ix < GRID_SIDE_CELLS; ix++) {
-      vec2_t centre = {(float)ix + 0.5f, (float)iy + 0.5f};
-      float distance = vec2_distance(centre, point_cells);
-      if (distance < best && wavefront_reached(wave, ix, iy)) {
-        best = distance;
+      vec2_t to_centre = {(float)ix + 0.5f - point_cells.x, (float)iy + 0.5f - point_cells.y};
+      float distance2 = vec2_dot(to_centre, to_centre);
+      if (distance2 < best && wavefront_reached(wave, ix, iy)) {
+        best = distance2;
         *cell = (grid_cell_t){ix, iy};
       }
     }
@@ -215,10 +235,14 @@ int wavefront_path(const wavefront_t *wave, const clearance_t *clearance, vec2_t
   int count = 1;
   path_cells[0] = centre_of(wave->goal);
   grid_cell_t previous = wave->goal;
+  int leg = 0;
   for (uint32_t k = wave->waves; k > 0u; k--) {
     grid_cell_t next = step_back(wave, previous, label_of(k - 1u));
-    bool in_sight = clearance_segment_free(clearance, path_cells[count - 1], centre_of(next));
+    bool in_sight =
+        leg < LEG_MAX && clearance_segment_free(clearance, path_cells[count - 1], centre_of(next));
+    leg++;
     if (!in_sight && k < wave->waves) {
+      leg = 1;
       if (count >= capacity - 1) {
         return 0;
       }

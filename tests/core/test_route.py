@@ -124,7 +124,7 @@ def test_an_empty_route_has_no_length() -> None:
     grid, clearance = with_walls([])
     assert lib.route_length_m(route) == 0.0
     assert lib.route_clear_m(route, grid, clearance, 0.0) == 0.0
-    assert lib.route_known_m(route, grid, 0.1, 0.0) == 0.0
+    assert lib.route_known_m(route, grid, 0.1, 0.0, 100.0) == 0.0
 
 
 @given(st.integers(70, 100), st.floats(0.0, 0.2))
@@ -146,14 +146,16 @@ def test_a_route_is_known_up_to_what_nobody_has_seen(
     route = route_of([(0.0, 0.025), (1.0, 0.025), (2.5, 0.025)])
     grid = new_grid()
     fill(grid, 3)
-    known_m = lib.route_known_m(route, grid, half_width_m, from_m)
+    known_m = lib.route_known_m(route, grid, half_width_m, from_m, 100.0)
     assert known_m == pytest.approx(2.5, abs=1e-4)
     lib.grid_set_value(grid, ix, 64, lib.GRID_UNKNOWN)
     unseen_m = (ix - 64) * grid.cell_m
-    known_m = lib.route_known_m(route, grid, half_width_m, from_m)
+    known_m = lib.route_known_m(route, grid, half_width_m, from_m, 100.0)
     assert unseen_m - 0.11 <= known_m <= unseen_m + 1e-4
     lib.grid_set_value(grid, ix, 64, OCCUPIED)
-    assert lib.route_known_m(route, grid, half_width_m, from_m) == pytest.approx(2.5, abs=1e-4)
+    assert lib.route_known_m(route, grid, half_width_m, from_m, 100.0) == pytest.approx(
+        2.5, abs=1e-4
+    )
 
 
 @given(ways, st.floats(0.0, 50.0))
@@ -163,6 +165,6 @@ def test_looking_along_a_route_ends(path: Path, from_m: float) -> None:
     fill(grid, 3)
     end_m = lib.route_length_m(route)
     clear_m = lib.route_clear_m(route, grid, clearance, from_m)
-    known_m = lib.route_known_m(route, grid, 0.1, from_m)
+    known_m = lib.route_known_m(route, grid, 0.1, from_m, 100.0)
     assert clear_m == pytest.approx(max(from_m, end_m), abs=1e-3)
     assert known_m == pytest.approx(max(from_m, end_m), abs=1e-3)

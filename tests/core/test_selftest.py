@@ -76,10 +76,10 @@ def bend_one_bit(field: CData) -> None:
     ("tick", "what"),
     [
         (0, "cfg.follower.speed_mps"),
-        (20, "height_sp_m"),
+        (25, "height_sp_m"),
         (200, "slam.pose.yaw_rad"),
         (500, "slam.pose.y_m"),
-        (500, "route.points_m"),
+        (600, "route.points_m"),
     ],
 )
 def test_one_bit_of_what_is_decided_by_changes_the_number(tick: int, what: str) -> None:

@@ -14,6 +14,8 @@ UNITS = {
 }  # fmt: skip
 # Names without a unit: components, ratios, and what has the unit of its argument.
 PLAIN = {
+    "correction",
+    "prior",
     "x", "y", "sin", "cos", "a", "b", "v", "p", "value", "low", "high", "factor", "fraction",
     "max_norm", "goal_bias", "t_x", "t_y", "dt_x", "dt_y", "away", "robust", "information", "scale",
     "scale_sd", "covariance", "hessian", "gradient", "points",

@@ -15,7 +15,7 @@ from tests.firmware.records import first_difference, outputs
 
 STAGES: Final = {
     "scan": "scan_step",
-    "slam": "slam_update",
+    "slam": "slam_work",
     "draw": "grid_insert",
     "clearance": "clearance_refresh",
     "plan": "nav_plan_step",

@@ -192,7 +192,7 @@ static uint32_t hash_tree(uint32_t hash, vec2_t start, vec2_t goal, uint32_t see
     hash = bits_hash_u32(hash, bits_hash_route(&route));
     hash = bits_hash_float(hash, route_length_m(&route));
     hash = bits_hash_float(hash, route_clear_m(&route, &grid, &clearance, 0.1f));
-    hash = bits_hash_float(hash, route_known_m(&route, &grid, 0.1f, 0.1f));
+    hash = bits_hash_float(hash, route_known_m(&route, &grid, 0.1f, 0.1f, 100.0f));
   }
   return hash;
 }

@@ -53,6 +53,7 @@ class _Watch:
         self._cmd = cmd
         self._goal = goal
         self._since_ms = since_ms
+        self.acknowledged_ms = since_ms
         self._explored = False
         self._resting: MissionState | None = None
         self._resting_since_ms = 0
@@ -92,7 +93,12 @@ class _Watch:
         return Outcome(True, "done")
 
     def _judge_telemetry(self, telemetry: Telemetry) -> Outcome | None:
-        """Decides where events were lost: by a state that lasts."""
+        """Decides where events were lost: by a state that lasts.
+
+        What was heard before the command was acknowledged may be of before it came through.
+        """
+        if _earlier(telemetry.drone_ms, self.acknowledged_ms):
+            return None
         state, ended = telemetry.state, telemetry.state is _END_STATES[self._cmd]
         if ended and self._cmd in _FROM_ELSEWHERE and telemetry.drone_ms > self._since_ms:
             return Outcome(True, "done")
@@ -127,6 +133,7 @@ async def fly(station: Station, cmd: MissionCmd, goal: Point | None = None) -> O
         except CommandRefused as refusal:
             place = await _nearest_point(listener)
             return Outcome(False, str(refusal), refusal.reason, place)
+        watch.acknowledged_ms = station.picture.drone_ms
         while True:
             message = await listener.next(SILENCE_S)
             if message is None:

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How the ground learns that a flight has ended, and how."""
 
+import asyncio
+
 import pytest
 
 from ground.core import EventCode, MissionCmd, MissionReason, MissionState
 from ground.flight import fly
-from ground.model import Command, Event
+from ground.model import Command, Event, Telemetry
 from ground.station import Station
 from tests.ground.fakelink import FakeLink
 from tests.ground.stations import GOAL, event, heard, telemetry, with_station
@@ -51,11 +53,33 @@ def test_events_decide_how_a_flight_ended(
     with_station(link, work)
 
 
+def say_later(link: FakeLink, *messages: Telemetry) -> None:
+    """What comes after the command was acknowledged."""
+    asyncio.get_running_loop().call_later(0.05, link.say, *messages)
+
+
+def test_what_was_heard_while_the_acknowledgement_was_lost_does_not_count() -> None:
+    link = FakeLink()
+    waiting = [telemetry(t, MissionState.IDLE) for t in range(0, 9000, 50)]
+    there = [telemetry(t, MissionState.HOVER, 1.0, 2.0) for t in range(9000, 15000, 50)]
+
+    def answer(command: Command) -> None:
+        link.say(*waiting)
+        say_later(link, *there)
+
+    link.on_command = answer
+
+    async def work(station: Station) -> None:
+        assert (await fly(station, MissionCmd.GOTO, GOAL)).reached
+
+    with_station(link, work)
+
+
 def test_telemetry_decides_where_the_event_was_lost() -> None:
     link = FakeLink()
     flown = [telemetry(t, MissionState.FOLLOW) for t in range(0, 1000, 50)]
     there = [telemetry(t, MissionState.HOVER, 1.05, 1.95) for t in range(1000, 7000, 50)]
-    link.on_command = lambda command: link.say(*flown, *there)
+    link.on_command = lambda command: say_later(link, *flown, *there)
 
     async def work(station: Station) -> None:
         assert (await fly(station, MissionCmd.GOTO, GOAL)).reached
@@ -66,7 +90,7 @@ def test_telemetry_decides_where_the_event_was_lost() -> None:
 def test_hovering_elsewhere_is_not_arriving() -> None:
     link = FakeLink()
     elsewhere = [telemetry(t, MissionState.HOVER, 0.0, 2.0) for t in range(0, 7000, 50)]
-    link.on_command = lambda command: link.say(*elsewhere)
+    link.on_command = lambda command: say_later(link, *elsewhere)
 
     async def work(station: Station) -> None:
         assert not (await fly(station, MissionCmd.GOTO, GOAL)).reached

@@ -10,6 +10,7 @@ import signal
 import sys
 from collections.abc import Coroutine
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -209,21 +210,47 @@ def map_save(
     _run(fetch_map(uri, file, out))
 
 
+def _bench(name: str) -> ModuleType:
+    """A measuring module of the checkout."""
+    checkout = Path(__file__).resolve().parent.parent
+    if not (checkout / "tests" / "bench").exists():
+        _fail("bench needs a source checkout: clone the project and run `make setup` there")
+    sys.path.insert(0, str(checkout))
+    try:
+        return importlib.import_module(f"tests.bench.{name}")
+    except ImportError as error:
+        _fail(f"bench lacks a package ({error}): run `make setup` in the checkout")
+
+
 @bench_app.command("chip")
 def bench_chip(
     json_file: JsonFile = None,
     flights: Annotated[int, typer.Option(min=1, max=20, help="The first so many only.")] = 20,
 ) -> None:
     """Replay whole flights on an emulated Cortex-M4F: same bits? what do they cost?"""
-    checkout = Path(__file__).resolve().parent.parent
-    if not (checkout / "tests" / "bench" / "chip.py").exists():
-        _fail("bench needs a source checkout: clone the project and run `make setup` there")
-    sys.path.insert(0, str(checkout))
-    try:
-        chip = importlib.import_module("tests.bench.chip")
-    except ImportError as error:
-        _fail(f"bench lacks a package ({error}): run `make setup` in the checkout")
-    if not chip.run_chip(json_file, flights, out):
+    if not _bench("chip").run_chip(json_file, flights, out):
+        raise typer.Exit(1)
+
+
+@bench_app.command("slam")
+def bench_slam(
+    json_file: JsonFile = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first flight.")] = 1002,
+    flights: Annotated[int, typer.Option(min=1, help="So many of each profile.")] = 36,
+    profile: Annotated[
+        str, typer.Option(help="Of the odometry; stress: the real one in trying rooms.")
+    ] = "real,low,hard,perfect,stress",
+    flight: Annotated[
+        Path | None,
+        typer.Option(exists=True, dir_okay=False, help="A recorded flight (.npz) as well."),
+    ] = None,
+) -> None:
+    """Fly the core's SLAM through simulated rooms: how far off are poses and map?"""
+    slam = _bench("slam.command")
+    wanted = [name.strip() for name in profile.split(",") if name.strip()]
+    if unknown := set(wanted) - set(slam.GROUPS):
+        _fail(f"--profile knows {', '.join(slam.GROUPS)}, not {', '.join(sorted(unknown))}")
+    if not slam.run_slam(json_file, seed, flights, wanted, flight, out):
         raise typer.Exit(1)
 
 

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`wayflie bench slam`: the core's SLAM over many simulated flights, and over a recorded one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from ground.checks import Check, Sense, write_report
+from tests.bench.slam.flights import PLAIN, STRESS, Variant, make_flight
+from tests.bench.slam.real import judge
+from tests.bench.slam.scores import Score, fly
+
+PROFILES: Final = ("real", "low", "hard", "perfect")
+GROUPS: Final = (*PROFILES, "stress")
+FLIGHTS: Final = 36
+FIRST_SEED: Final = 1002
+FAR_M: Final = 0.25
+
+Figures = dict[str, float]
+_Limit = tuple[str, Sense, float]
+LIMITS: Final[dict[str, tuple[_Limit, ...]]] = {
+    "real": (
+        ("aligned_ate_median_m", "<=", 0.08),
+        ("aligned_ate_p90_m", "<=", 0.14),
+        ("worse_than_odometry", "<=", 0.0),
+        ("raw_ate_median_m", "<=", 0.15),
+        ("ratio_median", ">=", 4.5),
+        ("map_error_m", "<=", 0.08),
+    ),
+    "hard": (("ratio_median", ">=", 9.0), ("aligned_ate_max_m", "<=", 0.30)),
+    "perfect": (("aligned_ate_median_m", "<=", 0.03),),
+    **{
+        variant.name: (("aligned_ate_median_m", "<=", 0.12), ("beyond_25cm", "<=", 0.05))
+        for variant in STRESS
+    },
+    "recorded": (("n80_cells", "<=", 900), ("early_late_rms_m", "<=", 0.05)),
+}
+
+
+def summary(scores: Sequence[Score]) -> Figures:
+    """Figures of one group of flights."""
+    aligned = np.array([score.slam.aligned_m for score in scores])
+    odometry = np.array([score.odometry.aligned_m for score in scores])
+    return {
+        "flights": len(scores),
+        "aligned_ate_median_m": float(np.median(aligned)),
+        "aligned_ate_p90_m": float(np.percentile(aligned, 90)),
+        "aligned_ate_max_m": float(aligned.max()),
+        "raw_ate_median_m": float(np.median([score.slam.raw_m for score in scores])),
+        "odometry_aligned_ate_median_m": float(np.median(odometry)),
+        "ratio_median": float(np.median([score.ratio for score in scores])),
+        "worse_than_odometry": float((aligned > odometry).mean()),
+        "beyond_25cm": float((aligned > FAR_M).mean()),
+        "map_error_m": float(np.median([score.map_m for score in scores])),
+    }
+
+
+def groups(wanted: Iterable[str]) -> dict[str, tuple[str, Variant]]:
+    """Profile and variant of each group to fly."""
+    found: dict[str, tuple[str, Variant]] = {}
+    for name in wanted:
+        if name == "stress":
+            found |= {variant.name: ("real", variant) for variant in STRESS}
+        else:
+            found[name] = (name, PLAIN)
+    return found
+
+
+def table_of(figures: dict[str, Figures]) -> Table:
+    """A line for each group; metres but for shares and the ratio."""
+    table = Table("group", "n", "aligned", "p90", "max", "raw", "odometry", "ratio", "worse", "map")
+    for name, row in figures.items():
+        table.add_row(
+            name,
+            f"{row['flights']:.0f}",
+            *(f"{row[f'aligned_ate_{key}_m']:.3f}" for key in ("median", "p90", "max")),
+            f"{row['raw_ate_median_m']:.3f}",
+            f"{row['odometry_aligned_ate_median_m']:.3f}",
+            f"{row['ratio_median']:.1f}",
+            f"{100 * row['worse_than_odometry']:.0f} %",
+            f"{row['map_error_m']:.3f}",
+        )
+    return table
+
+
+def checks_of(figures: dict[str, Any]) -> list[Check]:
+    """Every limit of the groups that were flown."""
+    return [
+        Check(f"{group}.{key}", figures[group][key], limit, sense)
+        for group, limits in LIMITS.items()
+        if group in figures
+        for key, sense, limit in limits
+    ]
+
+
+def run_slam(
+    json_file: Path | None,
+    seed: int,
+    flights: int,
+    wanted: Sequence[str],
+    recorded: Path | None,
+    out: Console,
+) -> bool:
+    """Print the tables; True if every check holds. Stress variants get half as many flights."""
+    figures: dict[str, Any] = {}
+    for name, (profile, variant) in groups(wanted).items():
+        count = flights if variant is PLAIN else max(1, flights // 2)
+        seeds = track(
+            range(seed, seed + count),
+            name,
+            console=out,
+            transient=True,
+            disable=not out.is_terminal,
+        )
+        figures[name] = summary([fly(make_flight(one, profile, variant)) for one in seeds])
+    out.print(table_of(figures))
+    if recorded:
+        judged = judge(recorded)
+        for name, crisp in judged.items():
+            out.print(
+                f"recorded, {name}: 80 % of the held-out points in {crisp.n80_cells} cells, "
+                f"late to early {crisp.early_late_rms_m:.3f} m"
+            )
+        odometry = {f"odometry_{key}": value for key, value in asdict(judged["odometry"]).items()}
+        figures["recorded"] = asdict(judged["slam"]) | odometry
+    checks = checks_of(figures)
+    for check in checks:
+        out.print(
+            f"{'ok  ' if check.ok else 'FAIL'} {check.name} {check.value:.3f} {check.sense} "
+            f"{check.limit}"
+        )
+    if json_file:
+        write_report(json_file, figures, checks)
+    return all(check.ok for check in checks)

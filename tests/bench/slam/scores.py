@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far a flight's poses and map are off: absolute trajectory error by evo, distance to walls."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from evo.core.metrics import APE, PoseRelation, StatisticsType
+from evo.core.trajectory import PoseTrajectory3D
+
+from tests.bench.slam.drive import Driven, drive
+from tests.bench.slam.flights import Flight
+from tests.bench.slam.rooms import Array, gap_m
+from tests.bench.slam.routes import TICK_S
+
+_EVERY_TICKS: Final = 5
+"""Poses are judged ten times a second."""
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """Absolute trajectory error: root of the mean square over a flight."""
+
+    raw_m: float
+    """As the frames stand: they agree at the start."""
+    aligned_m: float
+    """After the rigid motion that fits best."""
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """One flight."""
+
+    name: str
+    kind: str
+    slam: Errors
+    odometry: Errors
+    map_m: float
+    """Mean distance of occupied cells to the nearest wall."""
+    confidence: float
+    """Of the last tick [%]."""
+
+    @property
+    def ratio(self) -> float:
+        """Times that the aligned error is less than the odometry's."""
+        return self.odometry.aligned_m / max(self.slam.aligned_m, 1e-6)
+
+
+def trajectory(poses: Array) -> PoseTrajectory3D:
+    """Poses (x, y, yaw) a tick, as evo holds them."""
+    kept = poses[::_EVERY_TICKS]
+    zero = np.zeros(len(kept))
+    half = 0.5 * kept[:, 2]
+    return PoseTrajectory3D(
+        positions_xyz=np.column_stack([kept[:, 0], kept[:, 1], zero]),
+        orientations_quat_wxyz=np.column_stack([np.cos(half), zero, zero, np.sin(half)]),
+        timestamps=np.arange(len(kept)) * (_EVERY_TICKS * TICK_S),
+    )
+
+
+def errors(truth: Array, estimate: Array) -> Errors:
+    """Translation part, in metres."""
+
+    def rms(reference: PoseTrajectory3D, judged: PoseTrajectory3D) -> float:
+        metric = APE(PoseRelation.translation_part)
+        metric.process_data((reference, judged))
+        return float(metric.get_statistic(StatisticsType.rmse))
+
+    reference, judged = trajectory(truth), trajectory(estimate)
+    aligned = copy.deepcopy(judged)
+    aligned.align(reference, correct_scale=False)
+    return Errors(rms(reference, judged), rms(reference, aligned))
+
+
+def score(flight: Flight, driven: Driven) -> Score:
+    """What the core's poses and map are worth."""
+    occupied = driven.occupied
+    return Score(
+        flight.name,
+        flight.kind,
+        errors(flight.truth, driven.poses),
+        errors(flight.truth, flight.odometry),
+        float(gap_m(flight.walls, occupied).mean()) if len(occupied) else float("nan"),
+        float(driven.confidence[-1]),
+    )
+
+
+def fly(flight: Flight) -> Score:
+    """Drive the core through the flight and judge it."""
+    return score(flight, drive(flight.odometry, flight.ranges_m, flight.centre_m, flight.cell_m))

@@ -6,7 +6,10 @@
 
 #include "log.h"
 
-enum { RING_PIECES = 8 };
+enum {
+  RING_PIECES = 8,
+  REFILL_PIECES = 2, ///< a call: as many as the fastest log block takes in 20 ms
+};
 
 static uint8_t ring[RING_PIECES][WIRE_MAP_BYTES];
 static _Atomic uint8_t written; ///< pieces ever; only the app's loop changes it
@@ -19,7 +22,7 @@ static bool any;
 _Static_assert(256 % RING_PIECES == 0, "the counters wrap with the ring");
 
 void app_map_refill(nav_t *nav) {
-  while ((uint8_t)(written - taken) < RING_PIECES) {
+  for (int i = 0; i < REFILL_PIECES && (uint8_t)(written - taken) < RING_PIECES; i++) {
     nav_next_map_piece(nav, ring[written % RING_PIECES]);
     written++;
   }

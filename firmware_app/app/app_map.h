@@ -7,7 +7,7 @@
 
 #include "nav.h"
 
-/** Fill the ring. */
+/** Put the next pieces into the ring. */
 void app_map_refill(nav_t *nav);
 
 #endif

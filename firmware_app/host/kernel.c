@@ -2,21 +2,16 @@
 /** Time and the one task. The task is a coroutine: it runs until it sleeps, then the simulator goes
  *  on. Nothing moves time but sim_port_run. */
 #include <stdbool.h>
-#include <ucontext.h>
 
 #include "FreeRTOS.h"
 #include "app.h"
+#include "coroutine.h"
 #include "debug.h"
 #include "port.h"
 #include "sim_port.h"
 #include "task.h"
 #include "usec_time.h"
 
-enum { STACK_BYTES = 256 * 1024 };
-
-static ucontext_t simulator;
-static ucontext_t task;
-static _Alignas(16) char stack[STACK_BYTES];
 static uint32_t now_ms;
 static uint32_t wake_ms;
 static bool booted;
@@ -30,20 +25,20 @@ static void run_app(void) {
 
 static void enter_task(void) {
   in_task = true;
-  swapcontext(&simulator, &task);
+  coroutine_resume();
   in_task = false;
 }
 
 static void sleep_until(uint32_t time_ms) {
   wake_ms = time_ms;
-  swapcontext(&task, &simulator);
+  coroutine_yield();
 }
 
 void port_fail(const char *what) {
   consolePrintf("ASSERT: %s\n", what);
   failed = true;
   while (in_task) {
-    swapcontext(&task, &simulator);
+    coroutine_yield();
   }
 }
 
@@ -77,11 +72,7 @@ void sim_port_boot(void) {
     return;
   }
   booted = true;
-  getcontext(&task);
-  task.uc_stack.ss_sp = stack;
-  task.uc_stack.ss_size = sizeof stack;
-  task.uc_link = &simulator;
-  makecontext(&task, run_app, 0);
+  coroutine_make(run_app);
   enter_task();
 }
 

@@ -44,9 +44,9 @@ class Simulator:
     the same flight and the same answers. run() adds the socket and the wall clock.
     """
 
-    def __init__(self, world: World, options: Options) -> None:
+    def __init__(self, world: World, options: Options, firmware: Firmware | None = None) -> None:
         self._options = options
-        self._firmware = Firmware()
+        self._firmware = firmware or Firmware()
         self._plant = Plant(world, options.seed, options.profile)
         self._params = Params(self._firmware, Eeprom(world.spec.eeprom, options.eeprom_file))
         auto_arm = not options.needs_arming

@@ -12,13 +12,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
-from rich.table import Table
 
+from tests.bench import chip_app
+from tests.bench.cycles import SAFETY, TICK_LIMIT_CYCLES, columns, figures, stage_table
 from tests.firmware.build import FLAG_SETS
-from tests.firmware.chip import CLOCK_HZ
 from tests.firmware.flights import ALL, Flight
 from tests.firmware.replay import STAGES, TICK, Replay, replay
 from tests.tools.gates import (
@@ -30,45 +28,6 @@ from tests.tools.gates import (
     stack_bytes,
 )
 from tests.tools.objects import CHIP, compile_tree
-
-TICK_LIMIT_CYCLES = 840_000
-SAFETY = 1.25
-"""The model's: it covers 56 of 57 programs whose cycles on hardware are published."""
-
-Cycles = NDArray[np.uint32]
-
-
-def columns(replays: Iterable[Replay]) -> dict[str, Cycles]:
-    """Cycles of each stage in the ticks in which it ran, over all flights."""
-    runs = [done.run for done in replays]
-    names = {"tick": TICK} | STAGES
-    joined = {
-        name: np.concatenate([run.cycles[function] for run in runs])
-        for name, function in names.items()
-    }
-    return {name: cycles[cycles > 0] for name, cycles in joined.items()}
-
-
-def figures(cycles: Cycles) -> dict[str, int]:
-    """Median, 99 of 100, worst; as the model says, without the factor."""
-    if len(cycles) == 0:
-        return {"ticks": 0, "median": 0, "p99": 0, "worst": 0}
-    return {
-        "ticks": len(cycles),
-        "median": int(np.median(cycles)),
-        "p99": int(np.percentile(cycles, 99)),
-        "worst": int(cycles.max()),
-    }
-
-
-def stage_table(flags: str, stages: dict[str, dict[str, int]]) -> Table:
-    """Stages of a tick; those with a colon are a part of the one before the colon."""
-    table = Table("stage", "ticks", "median", "p99", "worst", "worst x 1.25", "ms", title=flags)
-    for name, row in stages.items():
-        safe = SAFETY * row["worst"]
-        numbers = [f"{row[key]:,}" for key in ("ticks", "median", "p99", "worst")]
-        table.add_row(name, *numbers, f"{safe:,.0f}", f"{1000 * safe / CLOCK_HZ:.2f}")
-    return table
 
 
 def fly(flights: Iterable[Flight], out: Console) -> dict[str, list[Replay]]:
@@ -86,8 +45,12 @@ def fly(flights: Iterable[Flight], out: Console) -> dict[str, list[Replay]]:
 
 def report(done: dict[str, list[Replay]]) -> dict[str, Any]:
     """Everything that is measured, as JSON; costs are those of the firmware's own flags."""
+    names = {"tick": TICK} | STAGES
     stages = {
-        flags: {name: figures(cycles) for name, cycles in columns(replays).items()}
+        flags: {
+            name: figures(cycles)
+            for name, cycles in columns((replayed.run for replayed in replays), names).items()
+        }
         for flags, replays in done.items()
     }
     pairs = list(zip(*done.values(), strict=True))
@@ -119,9 +82,16 @@ def report(done: dict[str, list[Replay]]) -> dict[str, Any]:
 
 def run_chip(json_file: Path | None, flights: int, out: Console) -> bool:
     """Print the tables; True if every check holds."""
+    out.print("the core, replayed")
     found = report(fly(ALL[:flights], out))
+    out.print("the app, replayed")
+    found["app"] = chip_app.report(chip_app.fly(ALL[:flights], out))
+    found["checks"] |= found["app"].pop("checks")
     for flags, stages in found["stages"].items():
-        out.print(stage_table(flags, stages))
+        out.print(stage_table(f"ticks of the core, {flags}", stages))
+    for flags, stages in found["app"]["stages"].items():
+        out.print(stage_table(f"periods of the app, {flags}", stages))
+    out.print(chip_app.sentence(found["app"]))
     for name, holds in found["checks"].items():
         out.print(f"{'ok  ' if holds else 'FAIL'} {name}")
     if json_file:

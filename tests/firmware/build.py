@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tests.tools.objects import CHIP, CHIP_STRICT, CORE, HOST
+from tests.tools.objects import CHIP, CHIP_STRICT, CORE, FIRMWARE_APP, HOST
 
 HERE = Path(__file__).parent
 FLAG_SETS = {"strict": CHIP_STRICT, "firmware": CHIP}
@@ -33,8 +33,25 @@ def core_program(name: str, *files: str) -> Program:
     return Program(name, (*own, *sorted(CORE.glob("*.c"))), (HERE, CORE))
 
 
+def app_stack_bytes() -> int:
+    """What the firmware is told to give the app's task; it counts in words."""
+    text = (FIRMWARE_APP / "app-config").read_text()
+    return 4 * int(text.partition("CONFIG_APP_STACKSIZE=")[2].split()[0])
+
+
+def app_program() -> Program:
+    """The app, the core and what stands in for the firmware; only for the chip."""
+    parts = [FIRMWARE_APP / part for part in ("app", "core", "host")]
+    code = [path for part in parts for path in sorted(part.glob("*.c"))]
+    code = [path for path in code if path.name != "coroutine.c"]
+    own = (HERE / "calls.c", HERE / "coroutine_chip.c")
+    flags = (f"-DAPP_STACK_BYTES={app_stack_bytes()}",)
+    return Program("app", (*own, *code), (HERE, *parts), flags)
+
+
 FLIGHT = core_program("flight", "flight.c", "bits.c")
 SCENARIO = core_program("scenario", "scenario.c", "bits.c")
+APP = app_program()
 
 
 @cache

@@ -3,7 +3,7 @@
 
 import pytest
 
-from tests.bench.chip import SAFETY, TICK_LIMIT_CYCLES
+from tests.bench.cycles import SAFETY, TICK_LIMIT_CYCLES
 from tests.firmware.flights import FEW, Flight
 from tests.firmware.replay import TICK, replay
 

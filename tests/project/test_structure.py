@@ -83,7 +83,7 @@ def test_the_page_and_the_station_know_no_radio() -> None:
 )
 def test_the_app_includes_core_and_firmware_headers_only(path: Path) -> None:
     """Never the host's own: the same lines are compiled for the drone."""
-    host_only = {"port.h", "sim_port.h", "toc.h"}
+    host_only = {"coroutine.h", "port.h", "sim_port.h", "toc.h"}
     included = set(re.findall(r'#include ["<]([^">]+)[">]', (ROOT / path).read_text()))
     assert included & host_only == set()
 

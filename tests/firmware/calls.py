@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What passes between the simulator and the app, call by call, as bytes that calls.c reads.
+
+A recorded call is a letter and its arguments, an outcome the same letter and what was returned.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+from ground.sim.firmware import BlockReader, Firmware
+from ground.sim.model import Readings, Setpoint
+
+_SETPOINT = struct.Struct("<6B?11fIB")
+_OFFERED = struct.Struct("<6B?11f")
+
+
+def _sized(data: bytes) -> bytes:
+    return bytes((len(data),)) + data
+
+
+def _values(setpoint: Setpoint) -> list[float]:
+    return [getattr(setpoint, name) for name in Setpoint.__dataclass_fields__]
+
+
+class Recording:
+    """The calls of a flight and their outcomes."""
+
+    def __init__(self) -> None:
+        self.calls = bytearray()
+        self.outcomes: list[bytes] = []
+
+    def note(self, letter: bytes, arguments: bytes = b"", outcome: bytes = b"") -> None:
+        self.calls += letter + arguments
+        self.outcomes.append(letter + outcome)
+
+    @property
+    def outcome(self) -> bytes:
+        """What calls.c must write."""
+        return b"".join(self.outcomes)
+
+    def first_difference(self, there: bytes) -> str | None:
+        """In words, where what was written elsewhere parts from this; None if it does not."""
+        at = 0
+        for number, outcome in enumerate(self.outcomes):
+            found = there[at : at + len(outcome)]
+            if found != outcome:
+                said = f"{outcome.hex()} here, {found.hex()} there"
+                return f"call {number} ({chr(outcome[0])}): {said}"
+            at += len(outcome)
+        return None if at == len(there) else f"{len(there) - at} bytes more there"
+
+
+class RecordedFirmware(Firmware):
+    """Every call that the app can notice, or that tells of it, is noted."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.recording = Recording()
+        self._note = self.recording.note
+
+    def boot(self) -> None:
+        super().boot()
+        self._note(b"b")
+
+    def run(self, ms: int) -> None:
+        super().run(ms)
+        self._note(b"r", struct.pack("<I", ms))
+
+    def alive(self) -> bool:
+        alive = super().alive()
+        self._note(b"V", b"", bytes((alive,)))
+        return alive
+
+    def set_sensors(self, readings: Readings) -> None:
+        super().set_sensors(readings)
+        self._note(b"s", bytes(self._ffi.buffer(self._sensors)))
+
+    def set_connected(self, connected: bool) -> None:
+        super().set_connected(connected)
+        self._note(b"c", bytes((connected,)))
+
+    def set_tx_free(self, packets: int) -> None:
+        super().set_tx_free(packets)
+        self._note(b"f", bytes((packets,)))
+
+    def get_setpoint(self) -> Setpoint:
+        setpoint = super().get_setpoint()
+        self._note(b"S", b"", _SETPOINT.pack(*_values(setpoint)))
+        return setpoint
+
+    def put_setpoint(self, setpoint: Setpoint, priority: int) -> bool:
+        taken = super().put_setpoint(setpoint, priority)
+        offered = _OFFERED.pack(*_values(setpoint)[:-2])
+        self._note(b"p", offered + bytes((priority,)), bytes((taken,)))
+        return taken
+
+    def relax_priority(self) -> None:
+        super().relax_priority()
+        self._note(b"x")
+
+    def active_priority(self) -> int:
+        priority = super().active_priority()
+        self._note(b"I", b"", bytes((priority,)))
+        return priority
+
+    def take_arming_request(self) -> int:
+        request = super().take_arming_request()
+        self._note(b"R", b"", bytes((request,)))
+        return request
+
+    def log_crc(self) -> int:
+        """Both tables are compared when the one is asked for."""
+        crc = super().log_crc()
+        self._note(b"T", b"", struct.pack("<2I", crc, self.param_crc()))
+        return crc
+
+    def log_read(self, identity: int, fetch_type: int, time_ms: int) -> bytes:
+        return self.block_reader([identity], [fetch_type]).read(time_ms)
+
+    def block_reader(self, ids: Sequence[int], types: Sequence[int]) -> BlockReader:
+        return _RecordedReader(self, ids, types)
+
+    def param_read(self, identity: int) -> bytes:
+        value = super().param_read(identity)
+        self._note(b"P", struct.pack("<H", identity), _sized(value))
+        return value
+
+    def param_write(self, identity: int, value: bytes) -> int:
+        error = super().param_write(identity, value)
+        self._note(b"w", struct.pack("<H", identity) + _sized(value), bytes((error,)))
+        return error
+
+    def param_force(self, identity: int, value: bytes) -> int:
+        error = super().param_force(identity, value)
+        self._note(b"e", struct.pack("<H", identity) + _sized(value), bytes((error,)))
+        return error
+
+    def take_param_update(self) -> int:
+        identity = super().take_param_update()
+        self._note(b"U", b"", struct.pack("<i", identity))
+        return identity
+
+    def appchannel_push(self, data: bytes) -> bool:
+        pushed = super().appchannel_push(data)
+        self._note(b"a", _sized(data), bytes((pushed,)))
+        return pushed
+
+    def appchannel_take(self) -> bytes:
+        packet = super().appchannel_take()
+        self._note(b"A", b"", _sized(packet))
+        return packet
+
+    def console_take(self) -> bytes:
+        text = super().console_take()
+        self._note(b"C", b"", _sized(text))
+        return text
+
+
+class _RecordedReader(BlockReader):
+    """Reading has consequences: the map's variables take the next piece."""
+
+    def __init__(self, of: RecordedFirmware, ids: Sequence[int], types: Sequence[int]) -> None:
+        super().__init__(of._ffi, of._lib, ids, types)
+        self._note = of.recording.note
+        self._variables = bytes((len(ids),)) + struct.pack(f"<{len(ids)}H", *ids) + bytes(types)
+
+    def read(self, time_ms: int) -> bytes:
+        values = super().read(time_ms)
+        self._note(b"L", struct.pack("<I", time_ms) + self._variables, _sized(values))
+        return values

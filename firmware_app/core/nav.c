@@ -179,7 +179,7 @@ bool nav_take_event(nav_t *nav, wire_event_t *event) {
 wire_hello_t nav_hello(const nav_t *nav) {
   return (wire_hello_t){
       .request = 0,
-      .capabilities = WIRE_CAP_RRTSTAR | WIRE_CAP_GRID_SEARCH | WIRE_CAP_EXPLORE,
+      .capabilities = WIRE_CAP_RRTSTAR | WIRE_CAP_GRID_SEARCH | WIRE_CAP_SLAM | WIRE_CAP_EXPLORE,
       .epoch = nav->epoch,
       .cell_mm = (uint16_t)(nav->grid.cell_m * 1000.0f + 0.5f),
       .side_cells = GRID_SIDE_CELLS,

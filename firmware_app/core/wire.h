@@ -33,6 +33,7 @@ typedef enum {
 
 typedef enum { WIRE_OK, WIRE_SHORT, WIRE_LONG, WIRE_BAD_VERSION, WIRE_BAD_TYPE } wire_status_t;
 
+/** What the drone can do, whatever it is set to do. */
 typedef enum {
   WIRE_CAP_RRTSTAR = 1,
   WIRE_CAP_GRID_SEARCH = 2,

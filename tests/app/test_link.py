@@ -10,10 +10,12 @@ from ground.core import (
     PACKET_BYTES,
     PATH_POINTS,
     WIRE_VERSION,
+    Capability,
     MissionCmd,
     MissionReason,
     MissionState,
     WireType,
+    lib,
 )
 from ground.model import (
     Ack,
@@ -47,6 +49,20 @@ def test_hello_is_answered_with_the_geometry_of_the_map(drone: Drone) -> None:
     assert isinstance(hello, Hello)
     assert hello.side_cells == 128
     assert hello.cell_m == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("slam", [lib.NAV_SLAM_OFF, lib.NAV_SLAM_MAP])
+def test_hello_names_what_the_drone_can_do_whatever_it_is_set_to(drone: Drone, slam: int) -> None:
+    drone.write("way.slam", slam)
+    drone.run(0.1)
+    drone.messages()
+    drone.send(HelloRequest())
+    drone.run(0.1)
+    (hello,) = drone.messages()
+    assert isinstance(hello, Hello)
+    assert hello.capabilities == (
+        Capability.RRTSTAR | Capability.GRID_SEARCH | Capability.SLAM | Capability.EXPLORE
+    )
 
 
 def test_a_command_is_acknowledged(drone: Drone) -> None:

@@ -2,6 +2,7 @@
 """The core as objects, for the host and the chip: no globals, no heap, small frames."""
 
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -106,7 +107,9 @@ def test_no_header_is_called_like_one_of_the_firmware() -> None:
 def test_a_header_stands_alone(path: Path, tmp_path: Path) -> None:
     source = tmp_path / "alone.c"
     source.write_text(f'#include "{path.name}"\n#include "{path.name}"\n')
-    HOST.run("gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", f"-I{CORE}", source)
+    command = ["gcc", "-std=c11", "-Wall", "-Wextra", "-fsyntax-only", f"-I{CORE}", str(source)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.parametrize("path", sorted(CORE.glob("*.c")), ids=lambda path: path.name)

@@ -133,5 +133,7 @@ def test_inbox_outlives_its_loop() -> None:
         return Inbox(asyncio.get_running_loop(), capacity=2)
 
     inbox = asyncio.run(make())
-    inbox.put(1)
+    for item in range(3):
+        inbox.put(item)
     inbox.close()
+    assert inbox.dropped == 1

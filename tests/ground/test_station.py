@@ -115,6 +115,9 @@ def test_heartbeats_go_on_when_nothing_is_heard(monkeypatch: pytest.MonkeyPatch)
             await asyncio.sleep(0.005)
 
     with_station(link, work)
+    beats = [message.sequence for message in link.sent if isinstance(message, Heartbeat)]
+    assert len(beats) >= 3
+    assert beats == list(range(beats[0], beats[0] + len(beats)))
 
 
 def test_a_restarted_drone_is_greeted_again() -> None:

@@ -111,6 +111,8 @@ def test_console_reaches_clients(cf: Crazyflie, simulator: SimulatorProcess) -> 
     cf.console.receivedChar.add_callback(text.append)
     cf.supervisor.send_emergency_stop()
     wait_until(lambda: "Locked, reboot required\n" in "".join(text), "it was said")
+    assert "Is locked" in states(cf)
+    assert "".join(text).count("Locked, reboot required\n") == 1
 
 
 def test_motion_commander_takes_off_flies_and_lands(
@@ -165,6 +167,8 @@ def test_disconnecting_from_a_flying_drone_brings_it_down(
     with connect(simulator.uri, tmp_path / "again") as again:
         wait_until(lambda: height_m(again) < 0.1, "it fell")
         wait_until(lambda: "Is locked" in states(again), "two seconds had passed")
+        assert "Is flying" not in states(again)
+        assert height_m(again) < 0.1
 
 
 def test_silence_in_the_air_levels_out_and_then_locks(cf: Crazyflie) -> None:

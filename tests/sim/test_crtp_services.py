@@ -203,6 +203,7 @@ def test_a_silent_client_loses_its_log_blocks(simulator: SimulatorProcess) -> No
         time.sleep(1.5)
         # Everything sent before the silence was noticed is read, then nothing more may come.
         wait_until(lambda: client.ask(LOG, 1, b"\4\4") == bytes((4, 4, ENOENT)), "it was forgotten")
+        assert client.ask(LOG, 1, b"\3\4\2") == bytes((3, 4, ENOENT))
 
 
 def test_noise_is_dropped_and_counted() -> None:

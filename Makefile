@@ -14,7 +14,7 @@ PLATFORM ?= cf2
 CORE_C := $(wildcard firmware_app/core/*.c)
 CORE_H := $(wildcard firmware_app/core/*.h)
 C_SOURCES := $(CORE_C) $(CORE_H) $(wildcard firmware_app/app/*.[ch] firmware_app/host/*.[ch])
-C_TESTS := $(wildcard tests/*/*.c)
+C_TESTS := $(wildcard tests/*/*.c tests/bench/*/*.[ch] tests/bench/*/*.cpp)
 BUILD_SCRIPTS := ground/core_build.py ground/sim/firmware_build.py
 C_WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Wcast-qual -Werror
 
@@ -51,7 +51,7 @@ ground: setup ## Run only the ground station and its page [URI=radio://...]
 .PHONY: test
 test: setup ## Run the tests (two processes, under ten minutes)
 	tests/tools/debian_packages.sh test
-	$(BIN)/pytest -n 2 tests --ignore tests/cfclient --ignore tests/bench
+	$(BIN)/pytest -n 2 tests --ignore tests/cfclient
 
 .PHONY: test-cfclient
 test-cfclient: setup $(CFCLIENT)/.installed ## Drive the real cfclient against the simulated Crazyflie
@@ -108,6 +108,21 @@ sizes: setup ## Print what core and app need on the chip: RAM, flash, stack
 .PHONY: picture
 picture: setup ## Take the picture of the README anew
 	$(BIN)/python -m tests.tools.picture ground/web/page.png
+
+PLAN := tests/bench/plan
+OMPL_INCLUDE ?= $(firstword $(wildcard /usr/include/ompl-*)) /usr/include/eigen3
+
+.PHONY: bench-ompl
+bench-ompl: setup ## Compile what `wayflie bench plan` compares with: OMPL, used by nothing else
+	tests/tools/debian_packages.sh ompl
+	@$(MAKE) --no-print-directory build/bench-plan/drive_ompl
+
+build/bench-plan/drive_ompl: $(wildcard $(PLAN)/*.h) $(PLAN)/drive_ompl.cpp $(PLAN)/drive.c $(PLAN)/exact.c $(PLAN)/exact_search.c
+	@mkdir -p $(@D)
+	for part in drive exact exact_search; do \
+	  gcc -std=c11 -O3 -march=native -c $(PLAN)/$$part.c -o $(@D)/$$part.o || exit; done
+	g++ -std=c++17 -O3 -march=native -DNDEBUG -Wall -Wextra -I$(PLAN) \
+	  $(addprefix -isystem,$(OMPL_INCLUDE)) $(PLAN)/drive_ompl.cpp $(@D)/*.o -lompl -o $@
 
 .PHONY: clean
 clean: ## Remove everything that was built, the environments too

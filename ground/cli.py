@@ -254,6 +254,33 @@ def bench_slam(
         raise typer.Exit(1)
 
 
+@bench_app.command("plan")
+def bench_plan(
+    json_file: JsonFile = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the problems.")] = 101,
+    problems: Annotated[int, typer.Option(min=5, help="So many, of five families.")] = 250,
+    against: Annotated[
+        str, typer.Option(help="Whom to compare with; ompl needs `make bench-ompl`.")
+    ] = "ompl,astar,theta,python",
+    seeds: Annotated[int, typer.Option(min=1, help="Runs of each planner on a problem.")] = 3,
+    maps: Annotated[
+        Path | None, typer.Option(exists=True, help="MovingAI .map files, for the caverns.")
+    ] = None,
+    plots: Annotated[Path | None, typer.Option(help="Draw pictures into this folder.")] = None,
+    reuse: Annotated[
+        bool, typer.Option("--reuse", help="Opponents as in an earlier run; nothing to publish.")
+    ] = False,
+) -> None:
+    """Plan on the same problems as OMPL, A* and Theta*: how many times as fast, how short?"""
+    plan = _bench("plan.command")
+    wanted = tuple(name.strip() for name in against.split(",") if name.strip())
+    if unknown := set(wanted) - set(plan.OPPONENTS):
+        _fail(f"--against knows {', '.join(plan.OPPONENTS)}, not {', '.join(sorted(unknown))}")
+    options = plan.Options(seed, problems, wanted, seeds, maps, reuse, json_file, plots)
+    if not plan.run_plan(options, out):
+        raise typer.Exit(1)
+
+
 def main() -> None:
     """Entry point."""
     try:

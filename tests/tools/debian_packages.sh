@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Make sure that a group of Debian packages is there:
-# `debian_packages.sh host|cfclient|test|analysis|ci`.
+# `debian_packages.sh host|cfclient|test|analysis|ompl|ci`.
 # Root gets them installed; anybody else gets one line that says what is missing.
 set -euo pipefail
 
@@ -11,7 +11,7 @@ is_there() { # by what it provides: it may well come from elsewhere than a Debia
     python3-venv) python3 -c 'import ensurepip, venv' ;;
     python3-dev) python3 -c 'import sysconfig, pathlib, sys
 sys.exit(not pathlib.Path(sysconfig.get_path("include"), "Python.h").exists())' ;;
-    gcc | chromium) command -v "$1" ;;
+    gcc | g++ | chromium) command -v "$1" ;;
     libc6-dev) echo '#include <stdlib.h>' | gcc -fsyntax-only -xc - ;;
     gcc-arm-none-eabi) command -v arm-none-eabi-gcc ;;
     *) dpkg-query --show --showformat '${Status}\n' "$1" | grep -q '^install ok installed' ;;
@@ -24,10 +24,11 @@ case ${1:-} in
     libdbus-1-3 libfontconfig1 libglib2.0-0 libusb-1.0-0 fonts-dejavu-core) ;;
   test) packages=(chromium fonts-dejavu-core gcc-arm-none-eabi libnewlib-arm-none-eabi) ;;
   analysis) packages=(clang libclang-rt-14-dev clang-tidy cppcheck frama-c-base) ;;
+  ompl) packages=(g++ libompl-dev) ;;
   ci) packages=(python3 python3-venv python3-dev gcc libc6-dev make gcc-arm-none-eabi
     libnewlib-arm-none-eabi chromium fonts-dejavu-core
     clang libclang-rt-14-dev clang-tidy cppcheck frama-c-base) ;;
-  *) echo "usage: $0 host|cfclient|test|analysis|ci" >&2 && exit 2 ;;
+  *) echo "usage: $0 host|cfclient|test|analysis|ompl|ci" >&2 && exit 2 ;;
 esac
 
 missing=()

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The planner against what people use: `wayflie bench plan`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+
+from ground.checks import write_report
+from ground.errors import GroundError
+from tests.bench.plan import figures
+from tests.bench.plan.families import DRAWN
+from tests.bench.plan.figures import Figures, Results
+from tests.bench.plan.problems import Problem, make_set
+from tests.bench.plan.runs import OMPL, OMPL_DRIVER, OPPONENTS, planner_sizes
+from tests.bench.plan.session import Session
+from tests.bench.plan.tables import print_tables
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What `wayflie bench plan` was asked for."""
+
+    seed: int = 101
+    problems: int = 250
+    against: tuple[str, ...] = tuple(OPPONENTS)
+    seeds: int = 3
+    maps: Path | None = None
+    reuse: bool = False
+    json_file: Path | None = None
+    plots: Path | None = None
+
+    @property
+    def opponents(self) -> list[str]:
+        return [name for group in self.against for name in OPPONENTS[group]]
+
+
+def make_families(options: Options) -> dict[str, list[Problem]]:
+    problems = make_set(options.seed, options.problems, DRAWN)
+    return {name: [p for p in problems if p.family == name] for name in DRAWN}
+
+
+def take_figures(options: Options, results: Results) -> Figures:
+    """All that was measured, by the names under which it is reported."""
+    intervals = figures.speedups(results) | figures.replans(results)
+    proven, proof_time = figures.unsolvable(results)
+    tree, bits, _ = planner_sizes()
+    return {
+        "seed": options.seed,
+        "problems": options.problems,
+        "planner_seeds": options.seeds,
+        "opponents": options.opponents,
+        **figures.bounds(intervals | proof_time),
+        **figures.quality(results),
+        **proven,
+        "planner_ram_bytes": tree + bits,
+        "one_session": not (options.reuse and options.opponents),
+    }
+
+
+def run_plan(options: Options, out: Console) -> bool:
+    """Print the tables; True if every check holds."""
+    if set(options.opponents) & set(OMPL) and not OMPL_DRIVER.exists():
+        raise GroundError("OMPL's driver is missing: run `make bench-ompl`, or leave out ompl")
+    families = make_families(options)
+    session = Session(families, options.opponents, options.seed, options.seeds, options.reuse)
+    results = session.run(out)
+    found = take_figures(options, results)
+    checks = figures.checks(found)
+    print_tables(results, checks, out)
+    if options.json_file:
+        write_report(options.json_file, found, checks)
+    return all(check.ok for check in checks)

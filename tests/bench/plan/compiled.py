@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compile the bench's own C files, each time anew, into a folder that goes with the process."""
+
+from __future__ import annotations
+
+import atexit
+import re
+import shutil
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from tests.tools.objects import CORE, ROOT
+
+HERE = Path(__file__).resolve().parent
+BUILT = ROOT / "build" / "bench-plan"
+"""Where `make bench-ompl` puts its driver, and what may be kept between runs."""
+FAST = ("-std=c11", "-O3", "-march=native", "-Wall", "-Wextra", "-Wconversion", "-Werror")
+SHARED = ("drive.c", "exact.c", "exact_search.c")
+
+
+@cache
+def workshop() -> Path:
+    """A folder for what is compiled; gone when the process ends."""
+    folder = Path(tempfile.mkdtemp(prefix="wayflie-plan-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def _gcc(*arguments: str | Path) -> None:
+    subprocess.run(["gcc", *FAST, *map(str, arguments)], check=True)
+
+
+@cache
+def exact_library() -> Path:
+    """exact.h as a shared library."""
+    target = workshop() / "exact.so"
+    sources = [HERE / name for name in ("exact.c", "exact_search.c")]
+    _gcc("-shared", "-fPIC", *sources, "-lm", "-o", target)
+    return target
+
+
+def _core_files(source: Path) -> set[Path]:
+    """The files of the core that a C file needs: what it includes, and what that includes."""
+    wanted: set[Path] = set()
+    ahead = [source]
+    while ahead:
+        included = re.findall(r'#include "(\w+)\.h"', ahead.pop().read_text())
+        files = [path for stem in included for path in CORE.glob(f"{stem}.[ch]")]
+        files += [path for stem in included for path in CORE.glob(f"{stem}_*.c")]
+        ahead += [path for path in files if path not in wanted]
+        wanted |= set(files)
+    return wanted
+
+
+@cache
+def driver(name: str) -> Path:
+    """One of the drivers in C, with what it needs of the core."""
+    target = workshop() / name
+    own = HERE / f"drive_{name}.c"
+    core = sorted(path for path in _core_files(own) if path.suffix == ".c")
+    _gcc(f"-I{CORE}", own, *(HERE / file for file in SHARED), *core, "-lm", "-o", target)
+    return target

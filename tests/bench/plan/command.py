@@ -13,6 +13,7 @@ from ground.errors import GroundError
 from tests.bench.plan import figures
 from tests.bench.plan.families import DRAWN
 from tests.bench.plan.figures import Figures, Results
+from tests.bench.plan.movingai import crops_of
 from tests.bench.plan.problems import Problem, make_set
 from tests.bench.plan.runs import OMPL, OMPL_DRIVER, OPPONENTS, planner_sizes
 from tests.bench.plan.session import Session
@@ -38,8 +39,13 @@ class Options:
 
 
 def make_families(options: Options) -> dict[str, list[Problem]]:
-    problems = make_set(options.seed, options.problems, DRAWN)
-    return {name: [p for p in problems if p.family == name] for name in DRAWN}
+    """Problems by family; crops of real maps take the place of caverns where there are any."""
+    draws = dict(DRAWN)
+    if options.maps:
+        del draws["caverns"]
+        draws["movingai"] = crops_of(options.maps)
+    problems = make_set(options.seed, options.problems, draws)
+    return {name: [p for p in problems if p.family == name] for name in draws}
 
 
 def take_figures(options: Options, results: Results) -> Figures:

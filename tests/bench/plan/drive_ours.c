@@ -98,7 +98,8 @@ static void verify_claims(drive_run_t *run) {
   }
 }
 
-/** The route that would be flown: no longer than the way, and as clear. */
+/** The route that would be flown: no longer than the way, and as clear. Its length is what counts
+ * in the end. */
 static void verify_route(drive_run_t *run) {
   static vec2_t way[ROUTE_POINTS];
   const int64_t shrink = 4194; // 1/1000 cell: its points have been metres
@@ -113,6 +114,9 @@ static void verify_route(drive_run_t *run) {
   double length = verified(run, way, route.count, shrink, true);
   if (length > (double)rrt.best_cells * 1.001) {
     run->invalid++;
+  }
+  if (length >= 0.0) {
+    run->fixed_cost = length;
   }
 }
 

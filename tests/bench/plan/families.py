@@ -106,6 +106,12 @@ def _mostly_connected(cells: Bits) -> bool:
     return bool(largest_region(blocked).sum() > 0.9 * (~blocked).sum())
 
 
+def worth_planning(blocked: Bits) -> bool:
+    """Neither nearly full nor nearly empty, and not all crumbs."""
+    free = (~blocked).mean()
+    return bool(0.25 <= free <= 0.85 and largest_region(blocked).mean() >= 0.2)
+
+
 def maze(rng: np.random.Generator) -> Bits:
     """Corridors of 0.8 to 1 m by depth-first search, with a few loops."""
     wide, wall = int(rng.integers(16, 21)), 2
@@ -161,9 +167,7 @@ def caverns(rng: np.random.Generator) -> Bits:
             rock = _neighbours(rock) >= 5
         cells = np.kron(rock, np.ones((coarse, coarse), bool)).astype(bool)
         cells |= empty_hall()
-        blocked = inflated(cells)
-        free = (~blocked).mean()
-        if 0.25 <= free <= 0.85 and largest_region(blocked).mean() >= 0.2:
+        if worth_planning(inflated(cells)):
             return cells
 
 

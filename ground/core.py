@@ -136,6 +136,15 @@ class Capability(IntFlag):
     EXPLORE = lib.WIRE_CAP_EXPLORE
 
 
+class SelfTest(IntEnum):
+    """What the drone's self-test has found: whether it computes what a PC does."""
+
+    NOT_RUN = lib.SELFTEST_NOT_RUN
+    RUNNING = lib.SELFTEST_RUNNING
+    AGREES = lib.SELFTEST_AGREES
+    DIFFERS = lib.SELFTEST_DIFFERS
+
+
 class CellState(IntEnum):
     """What the map says of a cell."""
 

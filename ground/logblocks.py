@@ -12,7 +12,7 @@ import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from ground.core import MissionReason, MissionState
+from ground.core import MissionReason, MissionState, SelfTest
 from ground.model import Health, LogMessage, Point, Pose, Ranges, Telemetry
 from ground.wire import decode_map_piece
 
@@ -55,6 +55,8 @@ def decode_health(drone_ms: int, values: Values) -> Health | None:
     """Values of the block `health`."""
     if not all(map(math.isfinite, values.values())):
         return None
+    if values["way.selfState"] not in list(SelfTest):  # of a newer app
+        return None
     return Health(
         drone_ms=drone_ms,
         battery_v=float(values["pm.vbat"]),
@@ -65,6 +67,7 @@ def decode_health(drone_ms: int, values: Values) -> Health | None:
         tick_us=int(values["way.tickUs"]),
         drops=int(values["way.drops"]),
         supervisor=int(values["supervisor.info"]),
+        self_test=SelfTest(int(values["way.selfState"])),
     )
 
 
@@ -106,6 +109,7 @@ HEALTH_VARIABLES = (
     ("way.tickUs", "uint32_t"),
     ("way.drops", "uint16_t"),
     ("supervisor.info", "uint16_t"),
+    ("way.selfState", "uint8_t"),
 )
 RANGE_VARIABLES = tuple(
     (f"range.{side}", "uint16_t") for side in ("front", "back", "left", "right", "up")

@@ -16,6 +16,7 @@ from ground.core import (
     MissionCmd,
     MissionReason,
     MissionState,
+    SelfTest,
 )
 
 
@@ -65,6 +66,7 @@ class Health:
     tick_us: int
     drops: int
     supervisor: int
+    self_test: SelfTest
 
     @property
     def locked(self) -> bool:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ground.core import MissionCmd, MissionReason, MissionState
+from ground.core import MissionCmd, MissionReason, MissionState, SelfTest
 
 STATE_WORDS: dict[MissionState, str] = {
     MissionState.IDLE: "on the ground",
@@ -40,6 +40,13 @@ REASON_WORDS: dict[MissionReason, str] = {
     MissionReason.RANGES_FROZEN: "the distance sensors have stopped changing",
     MissionReason.TUMBLED: "it tumbled",
     MissionReason.SELF_TEST: "its self-test is running",
+}
+
+SELF_TEST_WORDS: dict[SelfTest, str] = {
+    SelfTest.NOT_RUN: "not run",
+    SelfTest.RUNNING: "running",
+    SelfTest.AGREES: "agrees with a PC",
+    SelfTest.DIFFERS: "differs from a PC",
 }
 
 COMMAND_WORDS: dict[MissionCmd, str] = {

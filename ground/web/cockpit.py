@@ -19,6 +19,7 @@ from ground.station import Station
 log = logging.getLogger(__name__)
 
 DEAD_MAN_S = 3.0
+SELF_TEST = "self_test"
 
 COMMANDS = {
     "take_off": MissionCmd.TAKE_OFF,
@@ -57,9 +58,12 @@ class Cockpit:
             self._dead_man = asyncio.create_task(self._hold_soon())
 
     async def command(self, name: str, goal: Point | None = None) -> None:
-        """A command of COMMANDS. Raises a GroundError with the sentence to show."""
+        """A command of COMMANDS, or SELF_TEST. Raises a GroundError with the sentence to show."""
         if self.stop_latched:
             raise StopLatched("STOP is pressed: release it first")
+        if name == SELF_TEST:
+            await self._connected().set_parameter("way.selftest", 1)
+            return
         cmd = COMMANDS.get(name)
         if cmd is None:
             raise GroundError(f"no such command: {name}")

@@ -9,11 +9,11 @@ import struct
 from itertools import islice
 from typing import Any
 
-from ground.core import EventCode, MissionState
+from ground.core import EventCode, MissionState, SelfTest
 from ground.model import Event, LinkState, Point
 from ground.picture import Picture
 from ground.web.cockpit import Cockpit
-from ground.words import REASON_WORDS, STATE_WORDS
+from ground.words import REASON_WORDS, SELF_TEST_WORDS, STATE_WORDS
 
 EVENTS_SHOWN = 12
 MAP_HEADER = struct.Struct("<IHHfff")  # revision, side, reserved, cell, origin x and y [m]
@@ -104,6 +104,10 @@ def _drone(picture: Picture) -> dict[str, Any]:
         drone["battery_v"] = _round(health.battery_v)
         drone["path_m"] = _round(health.path_m) if picture.state.airborne else 0.0
         drone["plan_ms"] = health.plan_us / 1000
+        drone["self_test"] = {
+            "state": health.self_test.name,
+            "words": SELF_TEST_WORDS[health.self_test],
+        }
     return drone
 
 
@@ -136,7 +140,16 @@ def _permitted(cockpit: Cockpit, picture: Picture) -> dict[str, bool]:
         "hold": flying,
         "scan": flying,
         "land": flying,
+        "self_test": ready and _testable(picture),
     }
+
+
+def _testable(picture: Picture) -> bool:
+    """The self-test borrows the memory of the map: only on the ground, and without one."""
+    health = picture.health
+    if health is None or picture.state is not MissionState.IDLE:
+        return False
+    return health.known_cells == 0 and health.self_test is not SelfTest.RUNNING
 
 
 def _xy(point: Point) -> list[float]:

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A client asks the drone whether it computes what a PC does."""
 
+from pathlib import Path
+
 from ground.core import MissionCmd, MissionReason, MissionState, lib
 from ground.model import Ack, Beat, Command, Heartbeat, Point
+from ground.sim.process import SimulatorProcess
 from tests.app.drone import UINT8, UINT32, Drone
+from tests.sim.crtp_client import connect, samples
 
 NOT_RUN, RUNNING, AGREES = lib.SELFTEST_NOT_RUN, lib.SELFTEST_RUNNING, lib.SELFTEST_AGREES
 LONGEST_S = 4.0
@@ -103,3 +107,20 @@ def test_it_is_refused_in_flight_and_once_there_is_a_map(drone: Drone) -> None:
     drone.write("way.selftest", 1)
     drone.run(LONGEST_S)
     assert state(drone) == AGREES
+
+
+def test_any_cflib_script_can_ask_for_it(tmp_path: Path) -> None:
+    with (
+        SimulatorProcess("--world", "empty", "--profile", "perfect") as simulator,
+        connect(simulator.uri, tmp_path) as cf,
+    ):
+        told = samples(cf, 20, ["way.selfState", "way.selfHash"])
+        _, before = next(told)
+        cf.param.set_value("way.selftest", 1)
+        seen = [before["way.selfState"]]
+        while seen[-1] in (NOT_RUN, RUNNING):
+            _, after = next(told)
+            seen.append(after["way.selfState"])
+    assert set(seen) == {NOT_RUN, RUNNING, AGREES}
+    assert seen == sorted(seen)
+    assert after["way.selfHash"] == lib.selftest_golden()

@@ -6,7 +6,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable
 
-from ground.core import Capability, MissionReason
+from ground.core import Capability, MissionReason, SelfTest
 from ground.model import (
     Ack,
     Command,
@@ -20,10 +20,12 @@ from ground.model import (
     LinkState,
     LinkStats,
     Outgoing,
+    ParameterValue,
     Point,
+    SetParameter,
 )
 
-LOCKED = Health(1000, 4.0, 0.0, 0, 0, 0, 0, 0, supervisor=1 << 6)
+LOCKED = Health(1000, 4.0, 0.0, 0, 0, 0, 0, 0, supervisor=1 << 6, self_test=SelfTest.NOT_RUN)
 HELLO = Hello(Capability.RRTSTAR, 0, 0.05, 128, Point(-3.2, -3.2))
 
 
@@ -83,6 +85,8 @@ class FakeLink:
                     self.acts.append(message)
                     self.on_command(message)
                 self.say(Ack(sequence, cmd, self._reason))
+            case SetParameter(name, value):
+                self.say(ParameterValue(name, value))
             case EmergencyStop():
                 self.say(LOCKED)
 

@@ -8,7 +8,7 @@ import pytest
 from ground import core
 from ground.core import ffi
 from ground.core_build import CORE, header_order
-from ground.words import COMMAND_WORDS, REASON_WORDS, STATE_WORDS
+from ground.words import COMMAND_WORDS, REASON_WORDS, SELF_TEST_WORDS, STATE_WORDS
 
 MIRRORS: list[tuple[type[IntEnum | IntFlag], str, str, set[str]]] = [
     (core.MissionCmd, "mission_cmd_t", "MISSION_CMD_", {"MISSION_CMDS"}),
@@ -18,6 +18,7 @@ MIRRORS: list[tuple[type[IntEnum | IntFlag], str, str, set[str]]] = [
     (core.WireStatus, "wire_status_t", "WIRE_", set()),
     (core.EventCode, "wire_event_code_t", "WIRE_EVENT_", set()),
     (core.Capability, "wire_capability_t", "WIRE_CAP_", set()),
+    (core.SelfTest, "selftest_state_t", "SELFTEST_", set()),
     (core.CellState, "grid_state_t", "GRID_CELL_", set()),
 ]
 
@@ -35,8 +36,10 @@ def test_everything_has_words() -> None:
     assert set(STATE_WORDS) == set(core.MissionState)
     assert set(REASON_WORDS) == set(core.MissionReason)
     assert set(COMMAND_WORDS) == set(core.MissionCmd)
-    for words in (*STATE_WORDS.values(), *REASON_WORDS.values(), *COMMAND_WORDS.values()):
-        assert words.strip() and "\n" not in words
+    assert set(SELF_TEST_WORDS) == set(core.SelfTest)
+    for table in (STATE_WORDS, REASON_WORDS, COMMAND_WORDS, SELF_TEST_WORDS):
+        for words in table.values():
+            assert words.strip() and "\n" not in words
 
 
 def test_headers_come_after_what_they_include() -> None:

@@ -9,11 +9,21 @@ from contextlib import contextmanager
 import pytest
 from playwright.sync_api import Page, expect, sync_playwright
 
-from ground.core import CellState, MissionCmd, MissionReason, MissionState
-from ground.model import EmergencyStop, MapPiece, Point, Pose, Ranges, Telemetry
+from ground.core import CellState, MissionCmd, MissionReason, MissionState, SelfTest
+from ground.model import (
+    EmergencyStop,
+    Health,
+    MapPiece,
+    Point,
+    Pose,
+    Ranges,
+    SetParameter,
+    Telemetry,
+)
 from ground.station import station_on
 from ground.web.cockpit import Cockpit
 from ground.web.server import page_server
+from ground.words import SELF_TEST_WORDS
 from tests.ground.fakelink import FakeLink
 
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
@@ -87,6 +97,12 @@ def page(ground: Ground) -> Iterator[Page]:
         assert problems == []
 
 
+def on_the_ground(self_test: SelfTest) -> tuple[Telemetry, Health]:
+    pose = Pose(0.0, 0.0, 0.0, 0.0)
+    telemetry = Telemetry(1000, pose, Point(0.0, 0.0), MissionState.IDLE, MissionReason.OK, 100)
+    return telemetry, Health(1000, 4.0, 0.0, 0, 0, 0, 0, 0, supervisor=0, self_test=self_test)
+
+
 def wait_until(page: Page, condition: Callable[[], bool]) -> None:
     for _ in range(WAIT_MS // 20):
         if condition():
@@ -154,6 +170,24 @@ def test_the_map_is_drawn_where_it_lies(page: Page, ground: Ground) -> None:
     )
     free, occupied = colours["255,255,255"], colours["139,152,147"]
     assert occupied / (free + occupied) == pytest.approx(1 / 8, abs=0.03)
+
+
+@pytest.mark.parametrize("result", [SelfTest.AGREES, SelfTest.DIFFERS])
+def test_the_self_test_can_be_run_and_tells_its_result(
+    ground: Ground, page: Page, result: SelfTest
+) -> None:
+    shown, run = page.locator("#self-test"), page.get_by_role("button", name="Run the self-test")
+    expect(run).to_be_hidden()
+    ground.call(lambda: ground.link.say(*on_the_ground(SelfTest.NOT_RUN)))
+    expect(shown).to_have_text("not run", timeout=WAIT_MS)
+    run.click()
+    asked = SetParameter("way.selftest", 1)
+    wait_until(page, lambda: asked in ground.link.sent)
+    for state in (SelfTest.RUNNING, result):
+        ground.call(lambda state=state: ground.link.say(*on_the_ground(state)))
+        expect(shown).to_have_text(SELF_TEST_WORDS[state], timeout=WAIT_MS)
+        expect(run).to_be_visible(visible=state is result)
+    expect(shown).to_have_attribute("data-state", result.name)
 
 
 def test_a_lost_drone_is_told_and_cannot_be_commanded(page: Page, ground: Ground) -> None:

@@ -80,6 +80,8 @@ function show() {
   $("map-complete").textContent = `${Math.round(100 * map.complete)} %`;
   const sent = (link.packets ?? 0) + (link.lost ?? 0);
   $("lost").textContent = sent ? `${((100 * link.lost) / sent).toFixed(1)} %` : "–";
+  $("self-test").textContent = drone.self_test?.words ?? "–";
+  $("self-test").dataset.state = drone.self_test?.state ?? "";
   showEvents(state.events);
 }
 
@@ -116,7 +118,8 @@ function toast(text) {
 
 function label(what) {
   if (what === "goto") return "Goal";
-  return document.querySelector(`[data-do="${what}"]`)?.textContent ?? what;
+  const button = document.querySelector(`[data-do="${what}"]`);
+  return button?.ariaLabel ?? button?.textContent ?? what;
 }
 
 function frame() {

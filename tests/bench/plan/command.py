@@ -14,6 +14,7 @@ from tests.bench.plan import figures
 from tests.bench.plan.families import DRAWN
 from tests.bench.plan.figures import Figures, Results
 from tests.bench.plan.movingai import crops_of
+from tests.bench.plan.on_chip import HOMES, chip_figures
 from tests.bench.plan.problems import Problem, make_set
 from tests.bench.plan.runs import OMPL, OMPL_DRIVER, OPPONENTS, planner_sizes
 from tests.bench.plan.session import Session
@@ -48,7 +49,7 @@ def make_families(options: Options) -> dict[str, list[Problem]]:
     return {name: [p for p in problems if p.family == name] for name in draws}
 
 
-def take_figures(options: Options, results: Results) -> Figures:
+def take_figures(options: Options, results: Results, chip: Figures) -> Figures:
     """All that was measured, by the names under which it is reported."""
     intervals = figures.speedups(results) | figures.replans(results)
     proven, proof_time = figures.unsolvable(results)
@@ -62,6 +63,7 @@ def take_figures(options: Options, results: Results) -> Figures:
         **figures.quality(results),
         **proven,
         "planner_ram_bytes": tree + bits,
+        **chip,
         "one_session": not (options.reuse and options.opponents),
     }
 
@@ -73,7 +75,8 @@ def run_plan(options: Options, out: Console) -> bool:
     families = make_families(options)
     session = Session(families, options.opponents, options.seed, options.seeds, options.reuse)
     results = session.run(out)
-    found = take_figures(options, results)
+    homes = [problem for family in HOMES for problem in families[family]]
+    found = take_figures(options, results, chip_figures(homes, seed=1))
     checks = figures.checks(found)
     print_tables(results, checks, out)
     if options.json_file:

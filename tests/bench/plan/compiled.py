@@ -41,8 +41,8 @@ def exact_library() -> Path:
     return target
 
 
-def _core_files(source: Path) -> set[Path]:
-    """The files of the core that a C file needs: what it includes, and what that includes."""
+def core_files(source: Path) -> list[Path]:
+    """The C files of the core that one needs: of what it includes, and of what that includes."""
     wanted: set[Path] = set()
     ahead = [source]
     while ahead:
@@ -51,14 +51,17 @@ def _core_files(source: Path) -> set[Path]:
         files += [path for stem in included for path in CORE.glob(f"{stem}_*.c")]
         ahead += [path for path in files if path not in wanted]
         wanted |= set(files)
-    return wanted
+    return sorted(path for path in wanted if path.suffix == ".c")
 
 
 @cache
 def driver(name: str) -> Path:
     """One of the drivers in C, with what it needs of the core."""
     target = workshop() / name
-    own = HERE / f"drive_{name}.c"
-    core = sorted(path for path in _core_files(own) if path.suffix == ".c")
-    _gcc(f"-I{CORE}", own, *(HERE / file for file in SHARED), *core, "-lm", "-o", target)
+    own = [HERE / f"drive_{name}.c", *(HERE / file for file in SHARED)]
+    core: list[Path] = []
+    if name == "ours":
+        own.append(HERE / "ours.c")
+        core = core_files(own[-1])
+    _gcc(f"-I{CORE}", *own, *core, "-lm", "-o", target)
     return target

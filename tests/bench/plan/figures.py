@@ -53,6 +53,7 @@ LIMITS: tuple[tuple[str, Sense, float], ...] = (
     ("chip_first_ms_median", "<=", 5.0),
     ("chip_first_ms_p95", "<=", 25.0),
     ("chip_worst_slice_ms", "<=", 1.0),
+    ("chip_same_bits", "==", True),
     ("one_session", "==", True),
 )
 

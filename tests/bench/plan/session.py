@@ -102,13 +102,10 @@ class Session:
         problems = [problem for listed in self.families.values() for problem in listed]
         pairs = make_changes(problems, self.seed)
         write_problems(path, [problem for pair in pairs for problem in pair])
-        modes = {"repair": "replan", "anew": "plan"}
-        parts: dict[str, list[Columns]] = {name: [] for name in modes}
+        parts: dict[str, list[Columns]] = {"repair": [], "anew": []}
         for seed in range(1, self.seeds + 1):
-            for name, mode in modes.items():
-                runs = run_ours(Task(path, seed), mode)
-                after = runs["problem"] % 2 == 1
-                parts[name].append({key: column[after] for key, column in runs.items()})
+            for mode, found in parts.items():
+                found.append(run_ours(Task(path, seed), mode))
         results.replans = {name: joined(found) for name, found in parts.items()}
 
 

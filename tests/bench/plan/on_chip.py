@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bench's problems on the emulated Cortex-M4F: what the first route costs there."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+import numpy as np
+
+from tests.bench.cycles import SAFETY
+from tests.bench.plan.compiled import HERE, core_files
+from tests.bench.plan.figures import Figures
+from tests.bench.plan.problems import Problem
+from tests.bench.plan.ratios import percentile
+from tests.firmware.build import HERE as FIRMWARE_TESTS
+from tests.firmware.build import Program, build
+from tests.firmware.chip import CLOCK_HZ, Chip
+from tests.firmware.replay import on_this_machine
+from tests.tools.objects import CORE
+
+HOMES: Final = ("furniture", "rooms")
+PROGRAM: Final = Program(
+    "plan",
+    (HERE / "chip_plan.c", HERE / "ours.c", *core_files(HERE / "ours.c")),
+    (HERE, FIRMWARE_TESTS, CORE),
+)
+
+
+def packed(problems: Iterable[Problem], seed: int) -> bytes:
+    """As chip_plan.c reads them."""
+    return b"".join(
+        np.packbits(problem.blocked, axis=1, bitorder="little").tobytes()
+        + struct.pack("<4fI", *problem.start, *problem.goal, seed * 7919 + k)
+        for k, problem in enumerate(problems)
+    )
+
+
+def slices_of(output: bytes) -> list[int]:
+    """How many slices each problem took."""
+    found, at = [], 0
+    while at < len(output):
+        _, slices, points = struct.unpack_from("<fii", output, at)
+        found.append(slices)
+        at += 12 + 8 * points
+    return found
+
+
+def chip_figures(problems: Sequence[Problem], seed: int) -> Figures:
+    """Milliseconds at the drone's clock; the worst slice with the cycle model's safety factor."""
+    data = packed(problems, seed)
+    run = Chip(build(PROGRAM, "firmware")).run(data, ("chip_slice",))
+    slice_ms = run.cycles["chip_slice"] / CLOCK_HZ * 1000
+    ends = np.cumsum(slices_of(run.output))
+    first_ms = np.array([part.sum() for part in np.split(slice_ms, ends[:-1])])
+    return {
+        "chip_problems": len(problems),
+        "chip_first_ms_median": percentile(first_ms, 50),
+        "chip_first_ms_p95": percentile(first_ms, 95),
+        "chip_worst_slice_ms": float(SAFETY * slice_ms.max()),
+        "chip_same_bits": run.output == on_this_machine(PROGRAM, data),
+        "planner_stack_bytes": run.stack_bytes["chip_slice"],
+    }

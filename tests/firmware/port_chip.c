@@ -53,6 +53,15 @@ void port_write(const void *bytes, size_t size) {
   out_count += size;
 }
 
+/** The end, of abort() too. */
+__attribute__((noreturn)) void _exit(int status) {
+  (void)status;
+  flush();
+  call(CALL_EXIT, 0, 0);
+  for (;;) {
+  }
+}
+
 /** As a C library's start: variables, the floating-point unit, constructors. */
 __attribute__((noreturn)) void chip_reset(void) {
   *(volatile uint32_t *)0xE000ED88 |= 0xFu << 20; // CPACR: full access to the FPU
@@ -68,10 +77,7 @@ __attribute__((noreturn)) void chip_reset(void) {
     (*make)();
   }
   port_main();
-  flush();
-  call(CALL_EXIT, 0, 0);
-  for (;;) {
-  }
+  _exit(0);
 }
 
 __attribute__((section(".vectors"), used)) static const void *const vectors[] = {

@@ -15,6 +15,7 @@ from tests.bench.plan.families import DRAWN
 from tests.bench.plan.figures import Figures, Results
 from tests.bench.plan.movingai import crops_of
 from tests.bench.plan.on_chip import HOMES, chip_figures
+from tests.bench.plan.plots import write_plots
 from tests.bench.plan.problems import Problem, make_set
 from tests.bench.plan.runs import OMPL, OMPL_DRIVER, OPPONENTS, planner_sizes
 from tests.bench.plan.session import Session
@@ -81,4 +82,7 @@ def run_plan(options: Options, out: Console) -> bool:
     print_tables(results, checks, out)
     if options.json_file:
         write_report(options.json_file, found, checks)
+    if options.plots:
+        for path in write_plots(options.plots, families, results):
+            out.print(f"drew {path}")
     return all(check.ok for check in checks)

@@ -156,10 +156,16 @@ def test_plain_python_finds_a_way(tmp_path: Path) -> None:
 
 def test_the_command_writes_every_figure_it_checks(tmp_path: Path) -> None:
     file = tmp_path / "out.json"
-    options = Options(seed=6, problems=10, against=("astar",), seeds=1, json_file=file)
+    options = Options(
+        seed=6, problems=10, against=("astar",), seeds=1, json_file=file, plots=tmp_path
+    )
     holds = run_plan(options, Console(quiet=True))
     written = json.loads(file.read_text())
     assert holds == all(check["ok"] for check in written["checks"])
     assert {check["name"]: check["value"] for check in written["checks"]}.items() <= written.items()
     assert written["opponents"] == [ASTAR]
     assert written["unsolvable_proven"] == 1.0
+    assert written["chip_same_bits"] is True
+    assert {path.name for path in tmp_path.glob("*.png")} == {
+        "problems.png", "speedups.png", "times.png",
+    }  # fmt: skip

@@ -27,6 +27,7 @@ from tests.bench.plan.runs import (
     runner,
     write_columns,
 )
+from tests.tools.needed import need
 
 INFORMED = "Informed RRT* tuned"
 
@@ -155,6 +156,7 @@ def test_plain_python_finds_a_way(tmp_path: Path) -> None:
 
 
 def test_the_command_writes_every_figure_it_checks(tmp_path: Path) -> None:
+    need("arm-none-eabi-gcc", "gcc-arm-none-eabi libnewlib-arm-none-eabi", "planning on the chip")
     file = tmp_path / "out.json"
     options = Options(
         seed=6, problems=10, against=("astar",), seeds=1, json_file=file, plots=tmp_path

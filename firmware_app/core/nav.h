@@ -2,8 +2,8 @@
 /** @file nav.h  The whole pipeline: one call a tick, sensors and commands in, setpoint and events
  * out.
  *
- *      ranges + odometry -> scan -> slam -> grid -> clearance -> (wavefront, rrtstar -> route) ->
- * follower -> guard
+ *      ranges + odometry -> scan -> slam -> grid -> clearance -> planner -> route -> follower ->
+ * guard
  *
  *  nav_t owns one of each; nothing else is remembered anywhere, and two nav_t never touch each
  * other. SI units, radians, map frame unless said otherwise. No call blocks; the work of a tick is
@@ -21,11 +21,10 @@
 #include "guard.h"
 #include "mapstream.h"
 #include "mission.h"
+#include "planner.h"
 #include "route.h"
-#include "rrtstar.h"
 #include "scan.h"
 #include "slam.h"
-#include "wavefront.h"
 #include "wire.h"
 
 enum { NAV_EVENTS = 8 };
@@ -46,7 +45,7 @@ typedef enum {
 typedef struct {
   scan_config_t scan;
   grid_config_t grid;
-  rrtstar_config_t rrtstar;
+  planner_config_t search;
   follower_config_t follower;
   guard_config_t guard;
   slam_config_t slam_filter;
@@ -112,30 +111,20 @@ typedef struct {
   uint8_t task;       ///< mission_task_t
 } nav_status_t;
 
-/** The two searches take turns in one arena. */
-typedef union {
-  rrtstar_t rrtstar;
-  wavefront_t wavefront;
-} nav_arena_t;
-
 typedef enum {
   NAV_PLAN_DONE,
-  NAV_PLAN_BEGIN,      ///< asked for, not begun
-  NAV_PLAN_WAVE,       ///< proving that there is a way
-  NAV_PLAN_TREE,       ///< making it short
-  NAV_PLAN_WAVE_AGAIN, ///< the tree found none: taking the wave's own
-  NAV_PLAN_PATH,       ///< the wave has met its goal: walking back along it
+  NAV_PLAN_BEGIN,  ///< asked for, not begun
+  NAV_PLAN_SEARCH, ///< the planner is at work
 } nav_plan_stage_t;
 
 typedef struct {
   nav_plan_stage_t stage;
   vec2_t start_cells;
   vec2_t goal_cells;
-  uint32_t first_iterations; ///< that the first way took, 0 before
-  uint16_t known_cells;      ///< when the last frontier was reached
-  bool approach;             ///< the goal is occupied: going beside it, to look from nearer
-  uint8_t looks_left;        ///< turns to look around that are left before "no way" is final
-  uint8_t stalls;            ///< stops without progress, one after the other
+  uint16_t known_cells; ///< when the last frontier was reached
+  bool approach;        ///< the goal is occupied: going beside it, to look from nearer
+  uint8_t looks_left;   ///< turns to look around that are left before "no way" is final
+  uint8_t stalls;       ///< stops without progress, one after the other
 } nav_plan_t;
 
 typedef struct {
@@ -145,7 +134,7 @@ typedef struct {
   slam_t slam;
   grid_t grid;
   clearance_t clearance;
-  nav_arena_t arena;
+  planner_t planner;
   route_t route;
   follower_t follower;
   guard_t guard;

@@ -4,35 +4,49 @@
 
 #include <string.h>
 
-enum { ROUND_TRIES = 3, POINTS_PER_CORNER = 3 };
+enum { TRIES = 3, POINTS_PER_CORNER = 3 };
 
 static const float ROUND_CUT_CELLS = 6.0f; ///< how far from a corner the rounding may begin
-static const float PIECE_M = 0.1f;         ///< resolution of route_clear_m and route_known_m
+static const float LEAST_CELLS = 1.0e-3f;
+static const float PIECE_M = 0.1f; ///< resolution of route_clear_m and route_known_m
 
-/** From each kept point go straight to the last one in sight. */
-static int pull(const clearance_t *clearance, vec2_t *points, int count) {
-  int kept = 1;
-  int from = 0;
-  while (from < count - 1) {
-    int to = count - 1;
-    while (to > from + 1 && !clearance_segment_free(clearance, points[kept - 1], points[to])) {
-      to--;
-    }
-    points[kept++] = points[to];
-    from = to;
-  }
-  return kept;
+/** Away from what the way turns round at b; nowhere if it does not turn. */
+static vec2_t outwards(vec2_t a, vec2_t b, vec2_t c) {
+  vec2_t to_a = vec2_sub(a, b);
+  vec2_t to_c = vec2_sub(c, b);
+  vec2_t inwards = vec2_add(vec2_scale(to_a, 1.0f / (vec2_norm(to_a) + LEAST_CELLS)),
+                            vec2_scale(to_c, 1.0f / (vec2_norm(to_c) + LEAST_CELLS)));
+  float norm = vec2_norm(inwards);
+  return norm > LEAST_CELLS ? vec2_scale(inwards, -1.0f / norm) : (vec2_t){0.0f, 0.0f};
 }
 
-int route_shortcut(const clearance_t *clearance, vec2_t *path_cells, int count) {
-  if (count < 3) {
-    return count;
+/** Cells that are free from p on in a direction, at most twice the stand-off. */
+static float room_cells(const clearance_t *clearance, vec2_t p, vec2_t direction) {
+  int steps = 0;
+  while (steps < 2 * ROUTE_STAND_OFF_CELLS &&
+         !clearance_blocked_at(clearance, vec2_add(p, vec2_scale(direction, (float)(steps + 1))))) {
+    steps++;
   }
-  count = pull(clearance, path_cells, count);
-  vec2_reverse(path_cells, count);
-  count = pull(clearance, path_cells, count);
-  vec2_reverse(path_cells, count);
-  return count;
+  return (float)steps;
+}
+
+void route_stand_off(const clearance_t *clearance, vec2_t *path_cells, int count) {
+  for (int i = 1; i + 1 < count; i++) {
+    vec2_t a = path_cells[i - 1];
+    vec2_t b = path_cells[i];
+    vec2_t c = path_cells[i + 1];
+    vec2_t direction = outwards(a, b, c);
+    float off_cells = 0.5f * room_cells(clearance, b, direction);
+    for (int k = 0; k < TRIES; k++) {
+      vec2_t moved = vec2_add(b, vec2_scale(direction, off_cells));
+      if (clearance_segment_free(clearance, a, moved) &&
+          clearance_segment_free(clearance, moved, c)) {
+        path_cells[i] = moved;
+        break;
+      }
+      off_cells *= 0.5f;
+    }
+  }
 }
 
 /** Three points in place of corner b of a, b, c: a quadratic curve through the middle of its
@@ -44,7 +58,7 @@ static bool round_corner(const clearance_t *clearance, vec2_t a, vec2_t b, vec2_
   float length_c = vec2_norm(to_c);
   float cut = 0.5f * (length_a < length_c ? length_a : length_c);
   cut = cut < ROUND_CUT_CELLS ? cut : ROUND_CUT_CELLS;
-  for (int i = 0; i < ROUND_TRIES && cut > 0.1f; i++) {
+  for (int i = 0; i < TRIES && cut > 0.1f; i++) {
     out[0] = vec2_add(b, vec2_scale(to_a, cut / length_a));
     out[2] = vec2_add(b, vec2_scale(to_c, cut / length_c));
     vec2_t chord = vec2_scale(vec2_add(out[0], out[2]), 0.5f);
@@ -81,7 +95,7 @@ int route_round(const clearance_t *clearance, vec2_t *path_cells, int count, int
 }
 
 void route_build(route_t *route, const grid_t *grid, const clearance_t *clearance, int count) {
-  count = route_shortcut(clearance, route->points_m, count);
+  route_stand_off(clearance, route->points_m, count);
   count = route_round(clearance, route->points_m, count, ROUTE_POINTS);
   route->count = (uint8_t)count;
   route->revision++;

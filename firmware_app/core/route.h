@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file route.h  A way to fly: way points in the map frame, tightened and rounded, each piece
- * checked. Shortcut: string pulling in both directions. Rounding: densify, average over a window,
- * keep a piece only where it stays clear; the result is never longer than what went in. */
+/** @file route.h  A way to fly: way points in the map frame, off the corners and rounded, each
+ * piece checked. A planner's shortest way touches the corners that it passes. Standing off: each
+ * way point goes towards the middle of the gap that it lies in, at most ROUTE_STAND_OFF_CELLS.
+ * Rounding: a curve in place of a corner, where it stays clear; that makes the way shorter, never
+ * longer. */
 #ifndef ROUTE_H
 #define ROUTE_H
 
@@ -12,7 +14,7 @@
 #include "geometry.h"
 #include "grid.h"
 
-enum { ROUTE_POINTS = 64 };
+enum { ROUTE_POINTS = 64, ROUTE_STAND_OFF_CELLS = 4 };
 
 typedef struct {
   vec2_t points_m[ROUTE_POINTS]; ///< the first is where it starts, the last the goal
@@ -20,11 +22,11 @@ typedef struct {
   uint8_t revision;              ///< grows with every new route
 } route_t;
 
-/** Make the route from a planner's way, which stands in points_m in cells: shortcut, round, convert
- * in place. */
+/** Make the route from a planner's way, which stands in points_m in cells: stand off, round,
+ * convert in place. */
 void route_build(route_t *route, const grid_t *grid, const clearance_t *clearance, int count);
-/** Drop way points that a straight, clear line makes needless. @return points left */
-int route_shortcut(const clearance_t *clearance, vec2_t *path_cells, int count);
+/** Move way points off the corners that the way turns round, where there is room. */
+void route_stand_off(const clearance_t *clearance, vec2_t *path_cells, int count);
 /** Round the corners where there is room. @return points, at most capacity */
 int route_round(const clearance_t *clearance, vec2_t *path_cells, int count, int capacity);
 

@@ -3,110 +3,128 @@
 #include "rrtstar.h"
 
 #include <math.h>
-#include <string.h>
 
 enum {
-  UNITS_PER_CELL = 512,
-  BUCKET_CELLS = GRID_SIDE_CELLS / RRTSTAR_BUCKET_SIDE,
-  DRAWS_MAX = 8, ///< of one sample, until it is free
+  NEAR_CELLS = 24,    ///< how far a node looks for parents and children
+  MEETINGS_MAX = 8,   ///< steps of one tree towards the new node of the other
+  DRAWS_MAX = 8,      ///< of one sample, until it is free
+  ROOM_TO_GROW = 120, ///< nodes that a repair leaves at least
+  WORST_OF = 16,      ///< nodes that are looked at for one to drop
+  COORDINATE_MASK = LATTICE_MAX,
 };
 
 static const float HUGE_CELLS = 1.0e9f;
-static const float MIN_EDGE_CELLS = 0.05f;
+static const float LEAST_GAIN_CELLS = 1.0f / 128.0f;
 static const float PI = 3.14159265f;
 
-rrtstar_config_t rrtstar_config_default(void) {
-  return (rrtstar_config_t){.step_cells = 14.0f, .goal_bias = 0.06f};
+static const tree_node_t *node_of(const rrtstar_t *rrt, int i) {
+  return &rrt->tree.nodes[i];
 }
 
-static vec2_t node_at(const rrtstar_t *rrt, int i) {
-  const rrtstar_node_t *node = &rrt->nodes[i];
-  return (vec2_t){(float)node->x * (1.0f / UNITS_PER_CELL),
-                  (float)node->y * (1.0f / UNITS_PER_CELL)};
-}
-
-/** The position as a node can hold it. */
-static vec2_t quantised(vec2_t p) {
-  return (vec2_t){(float)(uint16_t)(p.x * UNITS_PER_CELL) * (1.0f / UNITS_PER_CELL),
-                  (float)(uint16_t)(p.y * UNITS_PER_CELL) * (1.0f / UNITS_PER_CELL)};
-}
-
-static int bucket_coordinate(float cells) {
-  return (int)geometry_clamp(cells, 0.0f, (float)GRID_SIDE_CELLS - 1.0f) / BUCKET_CELLS;
-}
-
-static void link_child(rrtstar_t *rrt, int child, int parent) {
-  rrt->nodes[child].parent = (int16_t)parent;
-  rrt->nodes[child].sibling = rrt->nodes[parent].child;
-  rrt->nodes[parent].child = (int16_t)child;
-}
-
-static void unlink_child(rrtstar_t *rrt, int child) {
-  int16_t *link = &rrt->nodes[rrt->nodes[child].parent].child;
-  while (*link != child) {
-    link = &rrt->nodes[*link].sibling;
-  }
-  *link = rrt->nodes[child].sibling;
-}
-
-static int add_node(rrtstar_t *rrt, vec2_t p, int parent, float cost_cells) {
-  int i = rrt->count++;
-  int16_t *bucket =
-      &rrt->buckets[bucket_coordinate(p.y) * RRTSTAR_BUCKET_SIDE + bucket_coordinate(p.x)];
-  rrt->nodes[i] = (rrtstar_node_t){
-      .x = (uint16_t)(p.x * UNITS_PER_CELL),
-      .y = (uint16_t)(p.y * UNITS_PER_CELL),
-      .parent = RRTSTAR_NONE,
-      .child = RRTSTAR_NONE,
-      .sibling = RRTSTAR_NONE,
-      .next = *bucket,
-      .cost_cells = cost_cells,
-  };
-  *bucket = (int16_t)i;
-  if (parent != RRTSTAR_NONE) {
-    link_child(rrt, i, parent);
-  }
-  return i;
-}
-
-/** Let a better way be known if the goal is in sight of node i. */
-static void try_goal(rrtstar_t *rrt, const clearance_t *clearance, int i) {
-  vec2_t p = node_at(rrt, i);
-  float through = rrt->nodes[i].cost_cells + vec2_distance(p, rrt->goal_cells);
-  if (through < rrt->best_cells && clearance_segment_free(clearance, p, rrt->goal_cells)) {
-    rrt->best_cells = through;
-    rrt->goal_parent = (int16_t)i;
-    rrt->status = RRTSTAR_FOUND;
-  }
-}
-
-rrtstar_status_t rrtstar_start(rrtstar_t *rrt, const rrtstar_config_t *cfg,
-                               const clearance_t *clearance, vec2_t start_cells, vec2_t goal_cells,
-                               uint32_t seed) {
-  memset(rrt, 0, sizeof *rrt);
-  memset(rrt->buckets, 0xFF, sizeof rrt->buckets);
-  rrt->cfg = *cfg;
+void rrtstar_start(rrtstar_t *rrt, lattice_t start, lattice_t goal, float step_cells,
+                   uint32_t seed) {
+  tree_clear(&rrt->tree);
   rrt->rng = rng_seed(seed);
+  rrt->start = start;
+  rrt->goal = goal;
+  rrt->step_cells = step_cells;
   rrt->best_cells = HUGE_CELLS;
-  rrt->goal_parent = RRTSTAR_NONE;
-  rrt->status = RRTSTAR_SEARCHING;
-  if (clearance_blocked_at(clearance, start_cells)) {
-    rrt->status = RRTSTAR_START_BLOCKED;
-  } else if (clearance_blocked_at(clearance, goal_cells)) {
-    rrt->status = RRTSTAR_GOAL_BLOCKED;
-  } else {
-    rrt->start_cells = quantised(start_cells);
-    rrt->goal_cells = quantised(goal_cells);
-    add_node(rrt, rrt->start_cells, RRTSTAR_NONE, 0.0f);
-    try_goal(rrt, clearance, 0);
-  }
-  return rrt->status;
+  rrt->connected = false;
+  (void)tree_add(&rrt->tree, TREE_OF_GOAL, goal, TREE_NONE);
+  rrt->start_node = (int16_t)tree_add(&rrt->tree, TREE_OF_START, start, TREE_NONE);
 }
 
-/** Uniform in the ellipse of all points through which a way could beat the best (Gammell 2014,
- * algorithm 2). */
-static vec2_t sample_ellipse(rrtstar_t *rrt) {
-  vec2_t axis = vec2_sub(rrt->goal_cells, rrt->start_cells);
+bool rrtstar_stuck(const rrtstar_t *rrt) {
+  return !rrt->connected && tree_is_full(&rrt->tree);
+}
+
+/** From a towards b, at most a step. */
+static lattice_t towards(lattice_t a, lattice_t b, float step_cells) {
+  float distance_cells = lattice_distance(a, b);
+  if (distance_cells <= step_cells) {
+    return b;
+  }
+  float t = step_cells / distance_cells;
+  return (lattice_t){(int16_t)(a.x + (int)((float)(b.x - a.x) * t)),
+                     (int16_t)(a.y + (int)((float)(b.y - a.y) * t))};
+}
+
+static bool is_blocked(const clearance_t *clearance, lattice_t p) {
+  return clearance_blocked(clearance, p.x >> LATTICE_BITS, p.y >> LATTICE_BITS);
+}
+
+/** Uniform in the free cells; false if none was drawn in time. */
+static bool draw_free(rrtstar_t *rrt, const clearance_t *clearance, lattice_t *p) {
+  for (int i = 0; i < DRAWS_MAX; i++) {
+    uint32_t bits = rng_next(&rrt->rng);
+    *p = (lattice_t){(int16_t)(bits & COORDINATE_MASK), (int16_t)(bits >> 16 & COORDINATE_MASK)};
+    if (!is_blocked(clearance, *p)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/** A new node up to a step from the nearest of a side. @return it, or TREE_NONE */
+static int extend(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side, lattice_t to) {
+  int nearest = tree_nearest(&rrt->tree, side, to);
+  lattice_t from = node_of(rrt, nearest)->at;
+  lattice_t at = towards(from, to, rrt->step_cells);
+  if (lattice_equal(from, at) || !clearance_sees(clearance, from, at)) {
+    return TREE_NONE;
+  }
+  return tree_add(&rrt->tree, side, at, nearest);
+}
+
+/** Make one tree of the two, which meet at `node` and at a node of the other side there. */
+static void join(rrtstar_t *rrt, tree_side_t side, int node, int other) {
+  if (side == TREE_OF_GOAL) {
+    tree_join(&rrt->tree, node, other);
+  } else {
+    tree_join(&rrt->tree, other, node);
+  }
+  rrt->connected = true;
+}
+
+/** Let the side's tree come as near to a node of the other as it can. @return true if they met */
+static bool meet(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side, int node) {
+  lattice_t to = node_of(rrt, node)->at;
+  for (int i = 0; i < MEETINGS_MAX; i++) {
+    int nearest = tree_nearest(&rrt->tree, side, to);
+    lattice_t from = node_of(rrt, nearest)->at;
+    lattice_t at = towards(from, to, rrt->step_cells);
+    if (!clearance_sees(clearance, from, at)) {
+      return false;
+    }
+    if (lattice_equal(at, to)) {
+      join(rrt, side, nearest, node);
+      return true;
+    }
+    if (tree_add(&rrt->tree, side, at, nearest) == TREE_NONE) {
+      return false;
+    }
+  }
+  return false;
+}
+
+/** One iteration of RRT-Connect; the sides take turns by chance. */
+static bool connect(rrtstar_t *rrt, const clearance_t *clearance) {
+  lattice_t p;
+  if (!draw_free(rrt, clearance, &p)) {
+    return false;
+  }
+  tree_side_t side = rng_next(&rrt->rng) >> 31 != 0u ? TREE_OF_START : TREE_OF_GOAL;
+  int node = extend(rrt, clearance, side, p);
+  return node != TREE_NONE &&
+         meet(rrt, clearance, side == TREE_OF_GOAL ? TREE_OF_START : TREE_OF_GOAL, node);
+}
+
+/** Uniform in the ellipse of all points through which a way could be shorter than the best one
+ * (Gammell 2014, algorithm 2); false if that lies outside the grid or is blocked. */
+static bool draw_informed(rrtstar_t *rrt, const clearance_t *clearance, lattice_t *p) {
+  vec2_t start = lattice_to_cells(rrt->start);
+  vec2_t goal = lattice_to_cells(rrt->goal);
+  vec2_t axis = vec2_sub(goal, start);
   float focal = vec2_norm(axis);
   vec2_t along = focal > 0.0f ? vec2_scale(axis, 1.0f / focal) : (vec2_t){1.0f, 0.0f};
   float radius = sqrtf(rng_uniform(&rrt->rng));
@@ -114,207 +132,208 @@ static vec2_t sample_ellipse(rrtstar_t *rrt) {
   float minor = rrt->best_cells * rrt->best_cells - focal * focal;
   float u = 0.5f * rrt->best_cells * radius * turn.cos;
   float v = 0.5f * sqrtf(minor > 0.0f ? minor : 0.0f) * radius * turn.sin;
-  vec2_t centre = vec2_scale(vec2_add(rrt->start_cells, rrt->goal_cells), 0.5f);
-  return (vec2_t){centre.x + along.x * u - along.y * v, centre.y + along.y * u + along.x * v};
-}
-
-static vec2_t sample_grid(rrtstar_t *rrt) {
-  float x = rng_uniform(&rrt->rng) * (float)GRID_SIDE_CELLS;
-  float y = rng_uniform(&rrt->rng) * (float)GRID_SIDE_CELLS;
-  return (vec2_t){x, y};
-}
-
-/** A free point to grow towards; false if none was drawn in time. */
-static bool sample(rrtstar_t *rrt, const clearance_t *clearance, vec2_t *p) {
-  if (rrt->goal_parent == RRTSTAR_NONE && rng_uniform(&rrt->rng) < rrt->cfg.goal_bias) {
-    *p = rrt->goal_cells;
-    return true;
+  vec2_t at = vec2_add(vec2_scale(vec2_add(start, goal), 0.5f),
+                       (vec2_t){along.x * u - along.y * v, along.y * u + along.x * v});
+  if (clearance_blocked_at(clearance, at)) {
+    return false;
   }
-  for (int draw = 0; draw < DRAWS_MAX; draw++) {
-    *p = rrt->goal_parent == RRTSTAR_NONE ? sample_grid(rrt) : sample_ellipse(rrt);
-    if (!clearance_blocked_at(clearance, *p)) {
-      return true;
+  *p = lattice_from_cells(at);
+  return true;
+}
+
+/** Shortest way from the start to the goal that may go through a node. */
+static float hope_cells(const rrtstar_t *rrt, int i) {
+  return node_of(rrt, i)->cost_cells + lattice_distance(node_of(rrt, i)->at, rrt->start);
+}
+
+static bool droppable(const rrtstar_t *rrt, int i, int kept) {
+  const tree_node_t *node = node_of(rrt, i);
+  return node->cost_cells >= 0.0f && node->child == TREE_NONE && node->parent != TREE_NONE &&
+         i != rrt->start_node && i != kept;
+}
+
+/** Make room: drop every leaf without hope, or else the worst of a few. */
+static void make_room(rrtstar_t *rrt, int kept) {
+  bool any = false;
+  for (int i = 0; i < rrt->tree.count; i++) {
+    if (droppable(rrt, i, kept) && hope_cells(rrt, i) >= rrt->best_cells) {
+      tree_drop(&rrt->tree, i);
+      any = true;
     }
   }
-  return false;
-}
-
-static int nearest_in_bucket(const rrtstar_t *rrt, int bx, int by, vec2_t p, int nearest,
-                             float *distance) {
-  if (bx < 0 || by < 0 || bx >= RRTSTAR_BUCKET_SIDE || by >= RRTSTAR_BUCKET_SIDE) {
-    return nearest;
-  }
-  for (int i = rrt->buckets[by * RRTSTAR_BUCKET_SIDE + bx]; i != RRTSTAR_NONE;
-       i = rrt->nodes[i].next) {
-    float d = vec2_distance(node_at(rrt, i), p);
-    if (d < *distance) {
-      *distance = d;
-      nearest = i;
+  int worst = TREE_NONE;
+  uint32_t at = rng_next(&rrt->rng);
+  for (int k = 0; k < rrt->tree.count && !any && (k < WORST_OF || worst == TREE_NONE); k++) {
+    int i = (int)((at + (uint32_t)k) % (uint32_t)rrt->tree.count);
+    if (droppable(rrt, i, kept) &&
+        (worst == TREE_NONE || hope_cells(rrt, i) > hope_cells(rrt, worst))) {
+      worst = i;
     }
   }
-  return nearest;
-}
-
-/** Search rings of buckets outwards until no nearer node can follow. */
-static int nearest_node(const rrtstar_t *rrt, vec2_t p, float *distance) {
-  int bx = bucket_coordinate(p.x);
-  int by = bucket_coordinate(p.y);
-  int nearest = RRTSTAR_NONE;
-  *distance = HUGE_CELLS;
-  for (int ring = 0; ring < RRTSTAR_BUCKET_SIDE; ring++) {
-    if (*distance <= (float)((ring - 1) * BUCKET_CELLS)) {
-      break;
-    }
-    for (int y = by - ring; y <= by + ring; y++) {
-      bool whole_row = y == by - ring || y == by + ring;
-      for (int x = bx - ring; x <= bx + ring; x += whole_row ? 1 : 2 * ring) {
-        nearest = nearest_in_bucket(rrt, x, y, p, nearest, distance);
-      }
-    }
-  }
-  return nearest;
-}
-
-/** Natural logarithm of a small count, within 1 %: exponent and a parabola through the mantissa. */
-static float log_count(int n) {
-  float x = (float)n;
-  float log2 = 0.0f;
-  while (x >= 2.0f) {
-    x *= 0.5f;
-    log2 += 1.0f;
-  }
-  float m = x - 1.0f;
-  return 0.69314718f * (log2 + m * (1.3465553f - 0.3465553f * m));
-}
-
-static void find_near(rrtstar_t *rrt, vec2_t p) {
-  float n = (float)rrt->count;
-  float area = (float)GRID_CELLS;
-  // gamma of eq. (11) for the plane: 2 sqrt(1 + 1/2) sqrt(area / pi), the area being at most the
-  // whole grid.
-  float radius = 2.0f * sqrtf(1.5f * area / PI * log_count(rrt->count + 1) / (n + 1.0f));
-  radius = radius < rrt->cfg.step_cells ? radius : rrt->cfg.step_cells;
-  rrt->near_count = 0;
-  for (int by = bucket_coordinate(p.y - radius); by <= bucket_coordinate(p.y + radius); by++) {
-    for (int bx = bucket_coordinate(p.x - radius); bx <= bucket_coordinate(p.x + radius); bx++) {
-      for (int i = rrt->buckets[by * RRTSTAR_BUCKET_SIDE + bx]; i != RRTSTAR_NONE;
-           i = rrt->nodes[i].next) {
-        if (rrt->near_count < RRTSTAR_NEAR && vec2_distance(node_at(rrt, i), p) < radius) {
-          rrt->near[rrt->near_count++] = (int16_t)i;
-        }
-      }
-    }
+  if (worst != TREE_NONE) {
+    tree_drop(&rrt->tree, worst);
   }
 }
 
-static int choose_parent(const rrtstar_t *rrt, const clearance_t *clearance, vec2_t p, int nearest,
-                         float *cost_cells) {
-  int parent = nearest;
-  for (int k = 0; k < rrt->near_count; k++) {
-    int i = rrt->near[k];
-    float through = rrt->nodes[i].cost_cells + vec2_distance(node_at(rrt, i), p);
-    if (i != nearest && through < *cost_cells &&
-        clearance_segment_free(clearance, node_at(rrt, i), p)) {
-      *cost_cells = through;
-      parent = i;
-    }
-  }
-  return parent;
-}
-
-/** Take `saved` off the cost of every node below root, root included. */
-static void lower_subtree(rrtstar_t *rrt, int root, float saved) {
-  int i = root;
+/** The cheapest of the near nodes that sees p, if through it p costs less than cost_cells. */
+static int choose_parent(const rrtstar_t *rrt, const clearance_t *clearance, lattice_t p,
+                         const tree_near_t *near, float cost_cells) {
+  uint32_t tried = 0u;
   for (;;) {
-    rrt->nodes[i].cost_cells -= saved;
-    if (rrt->nodes[i].child != RRTSTAR_NONE) {
-      i = rrt->nodes[i].child;
-      continue;
+    int best = TREE_NONE;
+    float least = cost_cells;
+    for (int k = 0; k < near->count; k++) {
+      float through = node_of(rrt, near->nodes[k])->cost_cells + near->distance_cells[k];
+      if ((tried >> k & 1u) == 0u && through < least) {
+        least = through;
+        best = k;
+      }
     }
-    while (i != root && rrt->nodes[i].sibling == RRTSTAR_NONE) {
-      i = rrt->nodes[i].parent;
+    if (best == TREE_NONE) {
+      return TREE_NONE;
     }
-    if (i == root) {
-      return;
+    int node = near->nodes[best];
+    if (node != rrt->start_node && clearance_sees(clearance, node_of(rrt, node)->at, p)) {
+      return node;
     }
-    i = rrt->nodes[i].sibling;
+    tried |= 1u << best;
   }
 }
 
-static void rewire(rrtstar_t *rrt, const clearance_t *clearance, int through) {
-  vec2_t p = node_at(rrt, through);
-  for (int k = 0; k < rrt->near_count; k++) {
-    int i = rrt->near[k];
-    float saved = rrt->nodes[i].cost_cells - rrt->nodes[through].cost_cells -
-                  vec2_distance(p, node_at(rrt, i));
-    if (saved > 1.0e-3f && i != rrt->nodes[through].parent &&
-        clearance_segment_free(clearance, p, node_at(rrt, i))) {
-      unlink_child(rrt, i);
-      link_child(rrt, i, through);
-      lower_subtree(rrt, i, saved);
-    }
-  }
-  if (rrt->goal_parent != RRTSTAR_NONE) {
-    rrt->best_cells = rrt->nodes[rrt->goal_parent].cost_cells +
-                      vec2_distance(node_at(rrt, rrt->goal_parent), rrt->goal_cells);
+/** Hang node i below `parent` if that is shorter and in sight. */
+static void improve(rrtstar_t *rrt, const clearance_t *clearance, int i, int parent) {
+  float through = node_of(rrt, parent)->cost_cells +
+                  lattice_distance(node_of(rrt, parent)->at, node_of(rrt, i)->at);
+  if (i != parent && through < node_of(rrt, i)->cost_cells - LEAST_GAIN_CELLS &&
+      clearance_sees(clearance, node_of(rrt, i)->at, node_of(rrt, parent)->at)) {
+    tree_move(&rrt->tree, i, parent);
   }
 }
 
-/** One iteration of algorithm 6. */
-static void grow(rrtstar_t *rrt, const clearance_t *clearance) {
-  vec2_t target;
-  float distance;
-  if (!sample(rrt, clearance, &target)) {
+/** One iteration of RRT*. */
+static void optimise(rrtstar_t *rrt, const clearance_t *clearance) {
+  lattice_t p;
+  tree_near_t near;
+  if (!draw_informed(rrt, clearance, &p)) {
     return;
   }
-  int nearest = nearest_node(rrt, target, &distance);
-  vec2_t from = node_at(rrt, nearest);
-  if (distance > rrt->cfg.step_cells) {
-    target = vec2_add(from, vec2_scale(vec2_sub(target, from), rrt->cfg.step_cells / distance));
-  }
-  target = quantised(target);
-  distance = vec2_distance(from, target);
-  if (distance < MIN_EDGE_CELLS || !clearance_segment_free(clearance, from, target)) {
+  float left_cells = rrt->best_cells - lattice_distance(p, rrt->start);
+  if (left_cells <= lattice_distance(p, rrt->goal)) {
     return;
   }
-  float cost_cells = rrt->nodes[nearest].cost_cells + distance;
-  find_near(rrt, target);
-  int parent = choose_parent(rrt, clearance, target, nearest, &cost_cells);
-  if (cost_cells + vec2_distance(target, rrt->goal_cells) >= rrt->best_cells) {
-    return; // no way through here can beat the best
+  if (tree_is_full(&rrt->tree)) {
+    make_room(rrt, TREE_NONE);
   }
-  int added = add_node(rrt, target, parent, cost_cells);
-  rewire(rrt, clearance, added);
-  try_goal(rrt, clearance, added);
+  tree_near(&rrt->tree, p, NEAR_CELLS, &near);
+  int parent = choose_parent(rrt, clearance, p, &near, left_cells);
+  int node = parent == TREE_NONE ? TREE_NONE : tree_add(&rrt->tree, TREE_OF_GOAL, p, parent);
+  if (node == TREE_NONE) {
+    return;
+  }
+  for (int k = 0; k < near.count; k++) {
+    improve(rrt, clearance, near.nodes[k], node);
+  }
+  improve(rrt, clearance, rrt->start_node, node);
 }
 
-rrtstar_status_t rrtstar_extend(rrtstar_t *rrt, const clearance_t *clearance, int budget) {
-  for (int i = 0; i < budget; i++) {
-    if (rrt->status != RRTSTAR_SEARCHING && rrt->status != RRTSTAR_FOUND) {
-      break;
-    }
-    if (rrt->count == RRTSTAR_NODES) {
-      rrt->status = RRTSTAR_POOL_FULL;
-      break;
-    }
-    rrt->iterations++;
-    grow(rrt, clearance);
+bool rrtstar_sample(rrtstar_t *rrt, const clearance_t *clearance) {
+  if (!rrt->connected) {
+    return connect(rrt, clearance);
   }
-  return rrt->status;
+  float before_cells = node_of(rrt, rrt->start_node)->cost_cells;
+  optimise(rrt, clearance);
+  return node_of(rrt, rrt->start_node)->cost_cells < before_cells;
 }
 
-int rrtstar_path(const rrtstar_t *rrt, vec2_t *path_cells, int capacity) {
-  int count = 1;
-  for (int i = rrt->goal_parent; i != RRTSTAR_NONE; i = rrt->nodes[i].parent) {
-    count++;
-  }
-  if (count < 2 || count > capacity) {
+int rrtstar_way(const rrtstar_t *rrt, const clearance_t *clearance, lattice_t *way, int capacity) {
+  int count = 0;
+  if (!rrt->connected) {
     return 0;
   }
-  int at = count - 1;
-  path_cells[at--] = rrt->goal_cells;
-  for (int i = rrt->goal_parent; i != RRTSTAR_NONE; i = rrt->nodes[i].parent) {
-    path_cells[at--] = node_at(rrt, i);
+  for (int i = rrt->start_node; i != TREE_NONE; i = node_of(rrt, i)->parent) {
+    lattice_t at = node_of(rrt, i)->at;
+    if (count >= 2 && clearance_sees(clearance, way[count - 2], at)) {
+      count--;
+    } else if (count == capacity) {
+      return 0;
+    }
+    way[count++] = at;
   }
   return count;
+}
+
+void rrtstar_graft(rrtstar_t *rrt, const lattice_t *way, int count) {
+  int above = 0; // the root at the goal is the pool's first node
+  for (int k = count - 2; k >= 0; k--) {
+    int node = k == 0 ? rrt->start_node : tree_find(&rrt->tree, way[k]);
+    if (node == TREE_NONE) {
+      if (tree_is_full(&rrt->tree)) {
+        make_room(rrt, above);
+      }
+      node = tree_add(&rrt->tree, TREE_OF_GOAL, way[k], above);
+    } else if (node != above) {
+      float through =
+          node_of(rrt, above)->cost_cells + lattice_distance(node_of(rrt, above)->at, way[k]);
+      if (through < node_of(rrt, node)->cost_cells - LEAST_GAIN_CELLS) {
+        tree_move(&rrt->tree, node, above);
+      }
+    }
+    if (node == TREE_NONE) {
+      return; // every other node is on the way to the start: there is nothing to gain
+    }
+    above = node;
+  }
+}
+
+void rrtstar_restart_from(rrtstar_t *rrt, const lattice_t *way, int count) {
+  tree_clear(&rrt->tree);
+  int node = tree_add(&rrt->tree, TREE_OF_GOAL, way[count - 1], TREE_NONE);
+  for (int k = count - 2; k >= 0; k--) {
+    node = tree_add(&rrt->tree, TREE_OF_GOAL, way[k], node);
+  }
+  rrt->start_node = (int16_t)node;
+  rrt->connected = true;
+}
+
+/** Leave room to grow: of a pool that is nearly full, every other leaf goes. */
+static void thin_out(rrtstar_t *rrt) {
+  bool drop = false;
+  for (int i = 0; i < rrt->tree.count && rrt->tree.count > TREE_NODES - ROOM_TO_GROW; i++) {
+    if (droppable(rrt, i, TREE_NONE)) {
+      drop = !drop;
+      if (drop) {
+        tree_drop(&rrt->tree, i);
+      }
+    }
+  }
+}
+
+/** Cut every edge that a change of the map has blocked. */
+static void cut_blocked(rrtstar_t *rrt, const clearance_t *clearance) {
+  for (int i = 0; i < rrt->tree.count; i++) {
+    const tree_node_t *node = node_of(rrt, i);
+    if (node->cost_cells >= 0.0f && node->parent != TREE_NONE &&
+        !clearance_sees(clearance, node->at, node_of(rrt, node->parent)->at)) {
+      tree_cut(&rrt->tree, i);
+    }
+  }
+}
+
+bool rrtstar_repair(rrtstar_t *rrt, const clearance_t *clearance, lattice_t start) {
+  if (!rrt->connected) {
+    return false;
+  }
+  thin_out(rrt);
+  if (!lattice_equal(start, rrt->start)) {
+    int node = tree_add(&rrt->tree, TREE_OF_GOAL, start, rrt->start_node);
+    if (node == TREE_NONE) {
+      return false;
+    }
+    rrt->start_node = (int16_t)node;
+    rrt->start = start;
+  }
+  rrt->best_cells = HUGE_CELLS;
+  cut_blocked(rrt, clearance);
+  rrt->connected = tree_split(&rrt->tree, rrt->start_node) == TREE_OF_GOAL;
+  return true;
 }

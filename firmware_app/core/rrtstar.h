@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file rrtstar.h  RRT* over the clearance bits in a fixed pool of nodes, sliced over ticks.
- *  Source: Karaman and Frazzoli, Sampling-based Algorithms for Optimal Motion Planning (IJRR 2011),
- * algorithm 6, with the radius of eq. (11); informed sampling of the ellipse once a way is known
- * (Gammell et al., IROS 2014). Neighbours come from a 16 x 16 table of buckets. The result depends
- * on seed and total budget alone, not on how the budget was sliced. When the pool is full the
- * search ends. Coordinates are cells. */
+/** @file rrtstar.h  Bidirectional, then optimal and informed random trees in a fixed pool.
+ *  Until there is a way two trees grow towards each other (Kuffner and LaValle, RRT-Connect, ICRA
+ * 2000). They become one tree on the goal, which RRT* improves (Karaman and Frazzoli,
+ * Sampling-based Algorithms for Optimal Motion Planning, IJRR 2011, algorithm 6, with a fixed
+ * radius in place of the shrinking one of eq. (11): the pool bounds the neighbours), sampling the
+ * ellipse that a shorter way must lie in (Gammell et al., Informed RRT*, IROS 2014). When the pool
+ * is full a childless node off the way goes for each new one: first those that no shorter way can
+ * use, then the worst of a few (Adiyatov and Varol, RRT*FN, ICMA 2013). One root at the goal lets a
+ * tree outlive a change of the map or of the start (rrtstar_repair; Adiyatov and Varol, RRT*FND,
+ * 2017). The result depends on seed and number of samples alone. */
 #ifndef RRTSTAR_H
 #define RRTSTAR_H
 
@@ -12,57 +16,39 @@
 #include <stdint.h>
 
 #include "clearance.h"
-#include "geometry.h"
+#include "lattice.h"
 #include "rng.h"
-
-enum { RRTSTAR_NODES = 342, RRTSTAR_NEAR = 24, RRTSTAR_BUCKET_SIDE = 16, RRTSTAR_NONE = -1 };
-
-typedef enum {
-  RRTSTAR_SEARCHING,     ///< no way yet
-  RRTSTAR_FOUND,         ///< a way is known; more budget shortens it
-  RRTSTAR_POOL_FULL,     ///< no node is left; the best way so far, if any, stands
-  RRTSTAR_START_BLOCKED, ///< the start lies in a blocked cell
-  RRTSTAR_GOAL_BLOCKED,  ///< the goal lies in a blocked cell
-} rrtstar_status_t;
+#include "tree.h"
 
 typedef struct {
-  float step_cells; ///< longest new edge
-  float goal_bias;  ///< share of samples that are the goal, until a way is found
-} rrtstar_config_t;
-
-typedef struct {
-  uint16_t x, y; ///< 1/512 cell
-  int16_t parent;
-  int16_t child;    ///< first of its children
-  int16_t sibling;  ///< next child of its parent
-  int16_t next;     ///< next node in its bucket
-  float cost_cells; ///< length of the way from the start
-} rrtstar_node_t;
-
-typedef struct {
-  rrtstar_node_t nodes[RRTSTAR_NODES];
-  int16_t buckets[RRTSTAR_BUCKET_SIDE * RRTSTAR_BUCKET_SIDE];
-  rrtstar_config_t cfg;
+  tree_t tree;
   rng_t rng;
-  vec2_t start_cells;
-  vec2_t goal_cells;
-  float best_cells; ///< length of the best way, or a huge number
-  uint32_t iterations;
-  int16_t near[RRTSTAR_NEAR]; ///< neighbours of the new node: considered as parent, then rewired
-  int16_t near_count;
-  int16_t count;
-  int16_t goal_parent; ///< last node of the best way
-  rrtstar_status_t status;
+  lattice_t start;
+  lattice_t goal;
+  int16_t start_node;
+  bool connected;
+  float step_cells; ///< longest new edge until there is a way
+  float best_cells; ///< length of the best way known, here or to the caller; huge without one
 } rrtstar_t;
 
-rrtstar_config_t rrtstar_config_default(void);
-rrtstar_status_t rrtstar_start(rrtstar_t *rrt, const rrtstar_config_t *cfg,
-                               const clearance_t *clearance, vec2_t start_cells, vec2_t goal_cells,
-                               uint32_t seed);
-/** Draw up to `budget` samples. */
-rrtstar_status_t rrtstar_extend(rrtstar_t *rrt, const clearance_t *clearance, int budget);
-/** The best way from start to goal. @return points written, 0 if there is none or it needs more
- * than capacity */
-int rrtstar_path(const rrtstar_t *rrt, vec2_t *path_cells, int capacity);
+/** Start and goal must be free and keep away from blocked cells (clearance_settle). */
+void rrtstar_start(rrtstar_t *rrt, lattice_t start, lattice_t goal, float step_cells,
+                   uint32_t seed);
+/** Draw one sample. @return true if there is a way now and it is shorter than before */
+bool rrtstar_sample(rrtstar_t *rrt, const clearance_t *clearance);
+/** True when no way was found and the pool has no room to look on. */
+bool rrtstar_stuck(const rrtstar_t *rrt);
+/** The way from start to goal, points in sight of the one before the last left out.
+ *  @return points written, 0 if there is none or it needs more than capacity */
+int rrtstar_way(const rrtstar_t *rrt, const clearance_t *clearance, lattice_t *way, int capacity);
+/** Take in a way from start to goal, each point in sight of the next. */
+void rrtstar_graft(rrtstar_t *rrt, const lattice_t *way, int count);
+/** Forget all but a way from start to goal. */
+void rrtstar_restart_from(rrtstar_t *rrt, const lattice_t *way, int count);
+/** After a change of the map or of the start: cut what is no longer in sight of its parent. What
+ * hangs on the old start is turned round to grow from the new one, so that the two sides meet
+ * again.
+ * @return false if there is nothing to repair, and the search must begin anew */
+bool rrtstar_repair(rrtstar_t *rrt, const clearance_t *clearance, lattice_t start);
 
 #endif

@@ -6,11 +6,17 @@
 
 enum {
   LABELS = 3,
+  NEIGHBOURS = 8,
+  STRAIGHT = 4, ///< of the neighbours; the others are diagonal
   LEG_MAX = 32, ///< steps between two points of a way: bounds the work of looking along it
 };
 
 static uint32_t label_of(uint32_t wave) {
   return wave % LABELS + 1u;
+}
+
+static bool is_diagonal(uint32_t wave) {
+  return (wave & 1u) == 0u;
 }
 
 static void set_label(wavefront_t *wave, int ix, int iy, uint32_t label) {
@@ -32,31 +38,44 @@ bool wavefront_reached(const wavefront_t *wave, int ix, int iy) {
   return label_at(wave, ix, iy) != 0u;
 }
 
-void wavefront_start(wavefront_t *wave, wavefront_target_t target, grid_cell_t start,
-                     grid_cell_t goal) {
+void wavefront_start(wavefront_t *wave, wavefront_kind_t kind, grid_cell_t root,
+                     grid_cell_t target) {
   memset(wave, 0, sizeof *wave);
+  wave->kind = kind;
+  wave->root = root;
   wave->target = target;
-  wave->start = start;
-  wave->goal = goal;
-  wave->row_min = wave->row_max = (int16_t)start.iy;
+  wave->rows[root.iy / 32] = 1u << (root.iy % 32);
   wave->status = WAVEFRONT_RUNNING;
-  set_label(wave, start.ix, start.iy, label_of(0u));
-  if (target == WAVEFRONT_TO_GOAL && start.ix == goal.ix && start.iy == goal.iy) {
+  set_label(wave, root.ix, root.iy, label_of(0u));
+  if (kind == WAVEFRONT_TO_CELL && root.ix == target.ix && root.iy == target.iy) {
     wave->status = WAVEFRONT_REACHED;
   }
 }
 
-/** Cells of row iy with the given label; a row outside the grid has none. */
-static void labelled_row(const wavefront_t *wave, int iy, uint32_t label,
-                         uint32_t bits[GRID_BIT_WORDS]) {
+/** Cells of a row that the last wave reached, and those that a way may go through. */
+typedef struct {
+  uint32_t front[GRID_BIT_WORDS];
+  uint32_t open[GRID_BIT_WORDS];
+} wave_row_t;
+
+/** A row outside the grid has nothing. */
+static void read_row(const wavefront_t *wave, const clearance_t *clearance, const grid_t *grid,
+                     int iy, wave_row_t *row) {
+  memset(row, 0, sizeof *row);
+  if (iy < 0 || iy >= GRID_SIDE_CELLS) {
+    return;
+  }
+  uint32_t known[GRID_BIT_WORDS] = {~0u, ~0u, ~0u, ~0u};
+  if (wave->kind == WAVEFRONT_TO_FRONTIER) {
+    grid_known_row(grid, iy, known);
+  }
+  uint32_t label = label_of(wave->waves);
+  uint32_t not_low = (label & 1u) != 0u ? 0u : ~0u;
+  uint32_t not_high = (label & 2u) != 0u ? 0u : ~0u;
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    uint32_t low = 0u;
-    uint32_t high = 0u;
-    if (iy >= 0 && iy < GRID_SIDE_CELLS) {
-      low = wave->low[iy * GRID_BIT_WORDS + i];
-      high = wave->high[iy * GRID_BIT_WORDS + i];
-    }
-    bits[i] = ((label & 1u) != 0u ? low : ~low) & ((label & 2u) != 0u ? high : ~high);
+    int word = iy * GRID_BIT_WORDS + i;
+    row->front[i] = (wave->low[word] ^ not_low) & (wave->high[word] ^ not_high);
+    row->open[i] = ~clearance->bits[word] & known[i];
   }
 }
 
@@ -67,18 +86,19 @@ static uint32_t sideways(const uint32_t bits[GRID_BIT_WORDS], int i) {
   return from_left | from_right;
 }
 
-static int first_bit(const uint32_t bits[GRID_BIT_WORDS]) {
+/** Cells of `here` to which a wave steps diagonally from another row, past two open cells. */
+static void step_diagonally(const wave_row_t *from, const wave_row_t *here,
+                            uint32_t reached[GRID_BIT_WORDS]) {
+  uint32_t passing[GRID_BIT_WORDS];
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    for (int b = 0; bits[i] != 0u && b < 32; b++) {
-      if ((bits[i] >> b & 1u) != 0u) {
-        return i * 32 + b;
-      }
-    }
+    passing[i] = from->front[i] & here->open[i];
   }
-  return -1;
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    reached[i] |= sideways(passing, i) & from->open[i];
+  }
 }
 
-/** Cells of row iy that were never observed; outside the grid there is nothing to observe. */
+/** Cells of the row never observed; outside the grid there is nothing to observe. */
 static void unknown_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]) {
   bool inside = iy >= 0 && iy < GRID_SIDE_CELLS;
   grid_known_row(grid, iy, bits);
@@ -92,97 +112,100 @@ static int first_frontier(const grid_t *grid, int iy, const uint32_t cells[GRID_
   uint32_t above[GRID_BIT_WORDS];
   uint32_t here[GRID_BIT_WORDS];
   uint32_t below[GRID_BIT_WORDS];
-  uint32_t frontier[GRID_BIT_WORDS];
   unknown_row(grid, iy + 1, above);
   unknown_row(grid, iy, here);
   unknown_row(grid, iy - 1, below);
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    frontier[i] = (above[i] | below[i] | sideways(here, i)) & cells[i];
+    uint32_t frontier = (above[i] | below[i] | sideways(here, i)) & cells[i];
+    if (frontier != 0u) {
+      return i * 32 + __builtin_ctz(frontier);
+    }
   }
-  return first_bit(frontier);
+  return -1;
 }
 
-/** Among the freshly reached cells of a row, one that the search is for; its column, or -1. */
-static int found_in_row(const wavefront_t *wave, const grid_t *grid, int iy,
-                        const uint32_t fresh[GRID_BIT_WORDS]) {
-  if (wave->target == WAVEFRONT_TO_GOAL) {
-    bool met =
-        iy == wave->goal.iy && (fresh[wave->goal.ix / 32] >> (wave->goal.ix % 32) & 1u) != 0u;
-    return met ? wave->goal.ix : -1;
+/** Among the freshly reached cells of a row, one that the wave is for; its column, or -1. */
+static int target_in_row(const wavefront_t *wave, const grid_t *grid, int iy,
+                         const uint32_t fresh[GRID_BIT_WORDS]) {
+  int ix = wave->target.ix;
+  switch (wave->kind) {
+  case WAVEFRONT_TO_CELL:
+    return iy == wave->target.iy && (fresh[ix / 32] >> (ix % 32) & 1u) != 0u ? ix : -1;
+  case WAVEFRONT_TO_FRONTIER:
+    return first_frontier(grid, iy, fresh);
+  case WAVEFRONT_EVERYWHERE:
+    break;
   }
-  if (wave->target == WAVEFRONT_EVERYWHERE) {
-    return -1;
-  }
-  return first_frontier(grid, iy, fresh);
+  return -1;
 }
 
-/** The cells of three neighbouring rows that the last wave reached. */
-typedef struct {
-  uint32_t below[GRID_BIT_WORDS];
-  uint32_t here[GRID_BIT_WORDS];
-  uint32_t above[GRID_BIT_WORDS];
-} front_t;
+/** Give these cells of a row the label of the new wave. */
+static void label_row(wavefront_t *wave, const grid_t *grid, int iy,
+                      const uint32_t fresh[GRID_BIT_WORDS]) {
+  uint32_t label = label_of(wave->waves + 1u);
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    wave->low[iy * GRID_BIT_WORDS + i] |= (label & 1u) != 0u ? fresh[i] : 0u;
+    wave->high[iy * GRID_BIT_WORDS + i] |= (label & 2u) != 0u ? fresh[i] : 0u;
+  }
+  int ix = wave->status == WAVEFRONT_RUNNING ? target_in_row(wave, grid, iy, fresh) : -1;
+  if (ix >= 0) {
+    wave->target = (grid_cell_t){ix, iy};
+    wave->status = WAVEFRONT_REACHED;
+  }
+}
 
-/** Label what the wave reaches in row iy. @return true if anything was reached */
-static bool extend_row(wavefront_t *wave, const clearance_t *clearance, const grid_t *grid, int iy,
-                       const front_t *front, uint32_t to_label) {
-  uint32_t fresh[GRID_BIT_WORDS];
+/** Spread the wave into row iy. @return true if it reached anything there */
+static bool spread_into(wavefront_t *wave, const grid_t *grid, int iy, const wave_row_t *below,
+                        const wave_row_t *here, const wave_row_t *above) {
+  uint32_t reached[GRID_BIT_WORDS];
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    reached[i] = above->front[i] | below->front[i] | sideways(here->front, i);
+  }
+  if (is_diagonal(wave->waves + 1u)) {
+    step_diagonally(above, here, reached);
+    step_diagonally(below, here, reached);
+  }
   uint32_t any = 0u;
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
     int word = iy * GRID_BIT_WORDS + i;
-    uint32_t labelled = wave->low[word] | wave->high[word];
-    fresh[i] = (front->above[i] | front->below[i] | sideways(front->here, i)) &
-               ~clearance->bits[word] & ~labelled;
-    any |= fresh[i];
+    reached[i] &= here->open[i] & ~(wave->low[word] | wave->high[word]);
+    any |= reached[i];
   }
-  if (any != 0u && wave->target == WAVEFRONT_TO_FRONTIER) {
-    uint32_t known[GRID_BIT_WORDS];
-    grid_known_row(grid, iy, known);
-    any = 0u;
-    for (int i = 0; i < GRID_BIT_WORDS; i++) {
-      fresh[i] &= known[i];
-      any |= fresh[i];
-    }
+  if (any != 0u) {
+    label_row(wave, grid, iy, reached);
   }
-  if (any == 0u) {
-    return false;
-  }
-  for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    wave->low[iy * GRID_BIT_WORDS + i] |= (to_label & 1u) != 0u ? fresh[i] : 0u;
-    wave->high[iy * GRID_BIT_WORDS + i] |= (to_label & 2u) != 0u ? fresh[i] : 0u;
-  }
-  int ix = wave->status == WAVEFRONT_RUNNING ? found_in_row(wave, grid, iy, fresh) : -1;
-  if (ix >= 0) {
-    wave->goal = (grid_cell_t){ix, iy};
-    wave->status = WAVEFRONT_REACHED;
-  }
-  return true;
+  return any != 0u;
 }
 
-/** One wave over the rows that the last one touched and one to both sides. @return true if it got
- * on
- */
+static bool row_in(const uint32_t rows[GRID_BIT_WORDS], int iy) {
+  return (rows[iy / 32] >> (iy % 32) & 1u) != 0u;
+}
+
+/** One wave over the rows at and beside those of the last. @return true if it reached anything */
 static bool one_wave(wavefront_t *wave, const clearance_t *clearance, const grid_t *grid) {
-  uint32_t from_label = label_of(wave->waves);
-  uint32_t to_label = label_of(wave->waves + 1u);
-  int first = wave->row_min > 0 ? wave->row_min - 1 : 0;
-  int last = wave->row_max < GRID_SIDE_CELLS - 1 ? wave->row_max + 1 : GRID_SIDE_CELLS - 1;
-  bool any = false;
-  front_t front;
-  labelled_row(wave, first - 1, from_label, front.below);
-  labelled_row(wave, first, from_label, front.here);
-  for (int iy = first; iy <= last; iy++) {
-    labelled_row(wave, iy + 1, from_label, front.above);
-    if (extend_row(wave, clearance, grid, iy, &front, to_label)) {
-      any = true;
-      wave->row_min = (int16_t)(iy < wave->row_min ? iy : wave->row_min);
-      wave->row_max = (int16_t)(iy > wave->row_max ? iy : wave->row_max);
-    }
-    memcpy(front.below, front.here, sizeof front.below);
-    memcpy(front.here, front.above, sizeof front.here);
+  uint32_t touched[GRID_BIT_WORDS];
+  uint32_t reached[GRID_BIT_WORDS] = {0u};
+  wave_row_t rows[3]; // row iy is kept in rows[iy % 3]
+  int ready = -2;     // the last row that was read
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    touched[i] = wave->rows[i] | sideways(wave->rows, i);
   }
+  for (int iy = 0; iy < GRID_SIDE_CELLS; iy++) {
+    if (!row_in(touched, iy)) {
+      iy = touched[iy / 32] >> (iy % 32) == 0u ? iy | 31 : iy;
+      continue;
+    }
+    for (int read = ready < iy - 2 ? iy - 1 : ready + 1; read <= iy + 1; read++) {
+      read_row(wave, clearance, grid, read, &rows[(read + 3) % 3]);
+    }
+    ready = iy + 1;
+    if (spread_into(wave, grid, iy, &rows[(iy + 2) % 3], &rows[iy % 3], &rows[(iy + 1) % 3])) {
+      reached[iy / 32] |= 1u << (iy % 32);
+    }
+  }
+  memcpy(wave->rows, reached, sizeof reached);
   wave->waves++;
-  return any;
+  return (reached[0] | reached[1] | reached[2] | reached[3]) != 0u;
 }
 
 wavefront_status_t wavefront_extend(wavefront_t *wave, const clearance_t *clearance,
@@ -195,62 +218,79 @@ wavefront_status_t wavefront_extend(wavefront_t *wave, const clearance_t *cleara
   return wave->status;
 }
 
-bool wavefront_nearest(const wavefront_t *wave, vec2_t point_cells, grid_cell_t *cell) {
-  float best = 1.0e9f;
-  for (int iy = wave->row_min; iy <= wave->row_max; iy++) {
-    for (int ix = 0; ix < GRID_SIDE_CELLS; ix++) {
-      vec2_t to_centre = {(float)ix + 0.5f - point_cells.x, (float)iy + 0.5f - point_cells.y};
-      float distance2 = vec2_dot(to_centre, to_centre);
-      if (distance2 < best && wavefront_reached(wave, ix, iy)) {
-        best = distance2;
+/** Look in one row for a reached cell that is nearer to the point. */
+static void nearest_in_row(const wavefront_t *wave, int iy, vec2_t point, float *squared,
+                           grid_cell_t *cell) {
+  float dy = (float)iy + 0.5f - point.y;
+  for (int i = 0; i < GRID_BIT_WORDS && dy * dy < *squared; i++) {
+    uint32_t bits = wave->low[iy * GRID_BIT_WORDS + i] | wave->high[iy * GRID_BIT_WORDS + i];
+    while (bits != 0u) {
+      int ix = i * 32 + __builtin_ctz(bits);
+      float dx = (float)ix + 0.5f - point.x;
+      bits &= bits - 1u;
+      if (dx * dx + dy * dy < *squared) {
+        *squared = dx * dx + dy * dy;
         *cell = (grid_cell_t){ix, iy};
       }
     }
   }
-  return best < 1.0e9f;
 }
 
-static vec2_t centre_of(grid_cell_t cell) {
-  return (vec2_t){(float)cell.ix + 0.5f, (float)cell.iy + 0.5f};
+grid_cell_t wavefront_nearest(const wavefront_t *wave, vec2_t point_cells) {
+  grid_cell_t cell = wave->root;
+  float squared = 1.0e9f;
+  for (int iy = 0; iy < GRID_SIDE_CELLS; iy++) {
+    nearest_in_row(wave, iy, point_cells, &squared, &cell);
+  }
+  return cell;
 }
 
-/** The neighbour that the wave came from. Labels of neighbours differ by one wave at most, so three
- * are enough. */
-static grid_cell_t step_back(const wavefront_t *wave, grid_cell_t cell, uint32_t label) {
-  static const int8_t dx[] = {1, -1, 0, 0};
-  static const int8_t dy[] = {0, 0, 1, -1};
-  for (int i = 0; i < 4; i++) {
-    if (label_at(wave, cell.ix + dx[i], cell.iy + dy[i]) == label) {
-      return (grid_cell_t){cell.ix + dx[i], cell.iy + dy[i]};
+static lattice_t centre_of(grid_cell_t cell) {
+  const int half = LATTICE_PER_CELL / 2;
+  return (lattice_t){(int16_t)(cell.ix * LATTICE_PER_CELL + half),
+                     (int16_t)(cell.iy * LATTICE_PER_CELL + half)};
+}
+
+/** The neighbour that wave k reached `cell` from. Straight neighbours differ by one wave at most,
+ * so there three labels tell all. A diagonal one may differ by two; but then the cells beside the
+ * step are not of the cell's own wave. */
+static grid_cell_t step_back(const wavefront_t *wave, grid_cell_t cell, uint32_t k) {
+  static const int8_t dx[NEIGHBOURS] = {1, -1, 0, 0, 1, 1, -1, -1};
+  static const int8_t dy[NEIGHBOURS] = {0, 0, 1, -1, 1, -1, 1, -1};
+  int neighbours = is_diagonal(k) ? NEIGHBOURS : STRAIGHT;
+  for (int i = 0; i < neighbours; i++) {
+    int ix = cell.ix + dx[i];
+    int iy = cell.iy + dy[i];
+    bool beside = i < STRAIGHT || (label_at(wave, ix, cell.iy) == label_of(k) &&
+                                   label_at(wave, cell.ix, iy) == label_of(k));
+    if (beside && label_at(wave, ix, iy) == label_of(k - 1u)) {
+      return (grid_cell_t){ix, iy};
     }
   }
   return cell;
 }
 
-int wavefront_path(const wavefront_t *wave, const clearance_t *clearance, vec2_t *path_cells,
+int wavefront_path(const wavefront_t *wave, const clearance_t *clearance, lattice_t *path,
                    int capacity) {
   if (wave->status != WAVEFRONT_REACHED || capacity < 2) {
     return 0;
   }
   int count = 1;
-  path_cells[0] = centre_of(wave->goal);
-  grid_cell_t previous = wave->goal;
   int leg = 0;
+  grid_cell_t previous = wave->target;
+  path[0] = centre_of(previous);
   for (uint32_t k = wave->waves; k > 0u; k--) {
-    grid_cell_t next = step_back(wave, previous, label_of(k - 1u));
-    bool in_sight =
-        leg < LEG_MAX && clearance_segment_free(clearance, path_cells[count - 1], centre_of(next));
+    grid_cell_t next = step_back(wave, previous, k);
     leg++;
-    if (!in_sight && k < wave->waves) {
+    if (leg > LEG_MAX || !clearance_sees(clearance, path[count - 1], centre_of(next))) {
       leg = 1;
       if (count >= capacity - 1) {
         return 0;
       }
-      path_cells[count++] = centre_of(previous);
+      path[count++] = centre_of(previous);
     }
     previous = next;
   }
-  path_cells[count++] = centre_of(wave->start);
-  vec2_reverse(path_cells, count);
+  path[count++] = centre_of(wave->root);
   return count;
 }

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma GCC optimize("fp-contract=off")
+#include "planner.h"
+
+#include <string.h>
+
+/** What a step costs of the budget, by the cycles that it takes on the chip. */
+enum {
+  UNITS_OF_SAMPLE = 1,
+  UNITS_OF_WAVE = 2,
+  UNITS_OF_PULL = 4,
+  UNITS_OF_WALK = 16,
+};
+
+static const float HUGE_CELLS = 1.0e9f;
+static const float STRAIGHT_ENOUGH =
+    1.01f; ///< times the distance: no other way can be much shorter
+
+planner_config_t planner_config_default(void) {
+  return (planner_config_t){
+      .step_cells = 20.0f,
+      .connect_samples = 200,
+      .wave_samples = 60,
+      .least_samples = 120,
+      .stop_ratio = 2.0f,
+  };
+}
+
+/** The lattice point of a place, off the sides of its cell by more than the margin of sight. */
+static lattice_t settled(vec2_t cells) {
+  const int side = CLEARANCE_MARGIN_STEPS + 1;
+  lattice_t p = lattice_from_cells(cells);
+  int in_cell = p.x & (LATTICE_PER_CELL - 1);
+  int moved = in_cell < side ? side : in_cell;
+  moved = moved > LATTICE_PER_CELL - 1 - side ? LATTICE_PER_CELL - 1 - side : moved;
+  return (lattice_t){(int16_t)(p.x + moved - in_cell), p.y};
+}
+
+static grid_cell_t cell_of(lattice_t p) {
+  return (grid_cell_t){p.x >> LATTICE_BITS, p.y >> LATTICE_BITS};
+}
+
+static void start_wave(planner_t *planner, wavefront_kind_t kind) {
+  planner->waved = true;
+  planner->grown = false;
+  planner->stage = PLANNER_WAVE;
+  wavefront_start(&planner->search.wave, kind, cell_of(planner->start), cell_of(planner->goal));
+}
+
+static void reset(planner_t *planner, const planner_config_t *cfg, vec2_t start_cells,
+                  vec2_t goal_cells, uint32_t seed) {
+  planner->cfg = *cfg;
+  planner->stage = PLANNER_END;
+  planner->status = PLANNER_SEARCHING;
+  planner->seed = seed;
+  planner->samples = 0u;
+  planner->first_samples = 0u;
+  planner->credit = 0;
+  planner->best_cells = HUGE_CELLS;
+  planner->path_count = 0;
+  planner->waved = false;
+  planner->grown = false;
+  planner->start = settled(start_cells);
+  planner->goal = settled(goal_cells);
+}
+
+/** A way that is known to be good. */
+static void take_path(planner_t *planner, const lattice_t *way, int count, float length_cells) {
+  memcpy(planner->path, way, (size_t)count * sizeof *way);
+  planner->path_count = (uint8_t)count;
+  planner->best_cells = length_cells;
+  if (planner->status == PLANNER_SEARCHING) {
+    planner->status = PLANNER_FOUND;
+    planner->first_samples = planner->samples;
+  }
+}
+
+static void start_tree(planner_t *planner) {
+  planner->stage = PLANNER_GROW;
+  planner->grown = true;
+  rrtstar_start(&planner->search.rrt, planner->start, planner->goal, planner->cfg.step_cells,
+                planner->seed);
+}
+
+planner_status_t planner_start(planner_t *planner, const planner_config_t *cfg,
+                               const clearance_t *clearance, vec2_t start_cells, vec2_t goal_cells,
+                               uint32_t seed) {
+  reset(planner, cfg, start_cells, goal_cells, seed);
+  if (clearance_blocked_at(clearance, start_cells)) {
+    planner->status = PLANNER_START_BLOCKED;
+  } else if (clearance_blocked_at(clearance, goal_cells)) {
+    planner->status = PLANNER_GOAL_BLOCKED;
+  } else if (clearance_sees(clearance, planner->start, planner->goal)) {
+    const lattice_t straight[] = {planner->start, planner->goal};
+    take_path(planner, straight, 2, lattice_length(straight, 2));
+  } else if (cfg->grid_only) {
+    start_wave(planner, WAVEFRONT_TO_CELL);
+  } else {
+    start_tree(planner);
+  }
+  return planner->status;
+}
+
+planner_status_t planner_start_frontier(planner_t *planner, const planner_config_t *cfg,
+                                        const clearance_t *clearance, vec2_t start_cells) {
+  reset(planner, cfg, start_cells, start_cells, 0u);
+  planner->cfg.grid_only = true;
+  if (clearance_blocked_at(clearance, start_cells)) {
+    planner->status = PLANNER_START_BLOCKED;
+  } else {
+    start_wave(planner, WAVEFRONT_TO_FRONTIER);
+  }
+  return planner->status;
+}
+
+/** A new way stands in taut->points: take it as it is if it is the first, and pull it taut. */
+static void pull(planner_t *planner, int count) {
+  taut_start(&planner->taut, count);
+  planner->stage = PLANNER_PULL;
+  float length_cells = lattice_length(planner->taut.points, count);
+  if (length_cells < planner->best_cells) {
+    take_path(planner, planner->taut.points, count, length_cells);
+  }
+}
+
+/** The tree stood back for the wave: it begins again from the best way. */
+static void grow_again(planner_t *planner) {
+  if (planner->cfg.grid_only) {
+    planner->stage = PLANNER_END;
+    return;
+  }
+  start_tree(planner);
+  rrtstar_restart_from(&planner->search.rrt, planner->path, planner->path_count);
+  planner->search.rrt.best_cells = planner->best_cells;
+}
+
+/** The tree has a new way. */
+static void pull_from_tree(planner_t *planner, const clearance_t *clearance) {
+  int count = rrtstar_way(&planner->search.rrt, clearance, planner->taut.points, TAUT_POINTS);
+  if (count > 0) {
+    pull(planner, count);
+  }
+}
+
+static void sample(planner_t *planner, const clearance_t *clearance) {
+  rrtstar_t *rrt = &planner->search.rrt;
+  bool found = planner->status == PLANNER_FOUND;
+  uint32_t since_first = planner->samples - planner->first_samples;
+  if (!found && (planner->samples >= planner->cfg.connect_samples || rrtstar_stuck(rrt))) {
+    start_wave(planner, WAVEFRONT_TO_CELL);
+  } else if (found && !planner->waved && since_first >= planner->cfg.wave_samples) {
+    planner->waved = true;
+    if (planner->best_cells > STRAIGHT_ENOUGH * lattice_distance(planner->start, planner->goal)) {
+      start_wave(planner, WAVEFRONT_TO_CELL);
+    }
+  } else {
+    planner->samples++;
+    if (rrtstar_sample(rrt, clearance)) {
+      pull_from_tree(planner, clearance);
+    }
+  }
+}
+
+static void wave(planner_t *planner, const clearance_t *clearance, const grid_t *grid) {
+  switch (wavefront_extend(&planner->search.wave, clearance, grid, 1)) {
+  case WAVEFRONT_REACHED:
+    planner->stage = PLANNER_WALK;
+    break;
+  case WAVEFRONT_EXHAUSTED:
+    planner->status = PLANNER_NO_WAY;
+    planner->stage = PLANNER_END;
+    break;
+  case WAVEFRONT_RUNNING:
+    break;
+  }
+}
+
+/** Walk back along the wave; its ends are cell centres, the way's are the true ones. */
+static void walk(planner_t *planner, const clearance_t *clearance) {
+  lattice_t *way = planner->taut.points;
+  bool frontier = planner->search.wave.kind == WAVEFRONT_TO_FRONTIER;
+  int count = wavefront_path(&planner->search.wave, clearance, way, TAUT_POINTS - 2);
+  if (count == 0 && planner->status == PLANNER_FOUND) {
+    grow_again(planner);
+    return;
+  }
+  if (count == 0) {
+    planner->status = PLANNER_TOO_WINDING;
+    planner->stage = PLANNER_END;
+    return;
+  }
+  lattice_reverse(way, count);
+  memmove(&way[1], way, (size_t)count++ * sizeof *way);
+  way[0] = planner->start;
+  if (frontier) {
+    planner->goal = way[count - 1];
+  } else {
+    way[count++] = planner->goal;
+  }
+  pull(planner, count);
+}
+
+static void pull_on(planner_t *planner, const clearance_t *clearance) {
+  taut_t *taut = &planner->taut;
+  if (!taut_step(taut, clearance)) {
+    return;
+  }
+  float length_cells = lattice_length(taut->points, taut->count);
+  if (length_cells < planner->best_cells) {
+    take_path(planner, taut->points, taut->count, length_cells);
+  }
+  if (!planner->grown) {
+    grow_again(planner);
+    return;
+  }
+  planner->stage = PLANNER_GROW;
+  rrtstar_graft(&planner->search.rrt, planner->path, planner->path_count);
+  planner->search.rrt.best_cells = planner->best_cells;
+}
+
+planner_status_t planner_repair(planner_t *planner, const clearance_t *clearance,
+                                vec2_t start_cells) {
+  vec2_t goal_cells = lattice_to_cells(planner->goal);
+  lattice_t start = settled(start_cells);
+  if (!planner->grown || planner->stage != PLANNER_GROW ||
+      clearance_blocked_at(clearance, start_cells) || clearance_blocked_at(clearance, goal_cells) ||
+      !rrtstar_repair(&planner->search.rrt, clearance, start)) {
+    planner_config_t cfg = planner->cfg;
+    return planner_start(planner, &cfg, clearance, start_cells, goal_cells, planner->seed);
+  }
+  planner->status = PLANNER_SEARCHING;
+  planner->samples = 0u;
+  planner->best_cells = HUGE_CELLS;
+  planner->path_count = 0;
+  planner->waved = false;
+  planner->start = start;
+  if (planner->search.rrt.connected) {
+    pull_from_tree(planner, clearance);
+  }
+  return planner->status;
+}
+
+planner_status_t planner_extend(planner_t *planner, const clearance_t *clearance,
+                                const grid_t *grid, int budget) {
+  planner->credit += budget;
+  while (planner->credit > 0 && planner->stage != PLANNER_END) {
+    switch (planner->stage) {
+    case PLANNER_GROW:
+      sample(planner, clearance);
+      planner->credit -= UNITS_OF_SAMPLE;
+      break;
+    case PLANNER_WAVE:
+      wave(planner, clearance, grid);
+      planner->credit -= UNITS_OF_WAVE;
+      break;
+    case PLANNER_WALK:
+      walk(planner, clearance);
+      planner->credit -= UNITS_OF_WALK;
+      break;
+    case PLANNER_PULL:
+      pull_on(planner, clearance);
+      planner->credit -= UNITS_OF_PULL;
+      break;
+    case PLANNER_END:
+      break;
+    }
+  }
+  if (planner->stage == PLANNER_END) {
+    planner->credit = 0;
+  }
+  return planner->status;
+}
+
+bool planner_enough(const planner_t *planner) {
+  if (planner->status == PLANNER_SEARCHING || planner->stage == PLANNER_END) {
+    return planner->stage == PLANNER_END;
+  }
+  uint32_t since_first = planner->samples - planner->first_samples;
+  float wanted = (planner->cfg.stop_ratio - 1.0f) * (float)planner->first_samples;
+  return planner->stage == PLANNER_GROW && planner->waved &&
+         since_first >= planner->cfg.least_samples && (float)since_first >= wanted;
+}
+
+int planner_path(const planner_t *planner, vec2_t *path_cells, int capacity) {
+  if (planner->path_count > capacity) {
+    return 0;
+  }
+  for (int i = 0; i < planner->path_count; i++) {
+    path_cells[i] = lattice_to_cells(planner->path[i]);
+  }
+  return planner->path_count;
+}
+
+vec2_t planner_nearest(const planner_t *planner) {
+  grid_cell_t cell = wavefront_nearest(&planner->search.wave, lattice_to_cells(planner->goal));
+  return (vec2_t){(float)cell.ix + 0.5f, (float)cell.iy + 0.5f};
+}
+
+int planner_nodes(const planner_t *planner) {
+  return planner->grown ? planner->search.rrt.tree.count : 0;
+}

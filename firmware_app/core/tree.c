@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma GCC optimize("fp-contract=off")
+#include "tree.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { BUCKET_BITS = 15 - 3 /* 8 buckets over the 15 bits of a coordinate */ };
+
+enum { UNSORTED = TREE_NONE - 1 /* next of a node that is in no bucket yet */ };
+
+static const float DROPPED = -1.0f;
+static const float CELLS_PER_STEP = 1.0f / LATTICE_PER_CELL;
+
+static int bucket_of(lattice_t at) {
+  return (at.y >> BUCKET_BITS) * TREE_BUCKET_SIDE + (at.x >> BUCKET_BITS);
+}
+
+static uint32_t squared_steps(lattice_t a, lattice_t b) {
+  int32_t dx = a.x - b.x;
+  int32_t dy = a.y - b.y;
+  return (uint32_t)(dx * dx) + (uint32_t)(dy * dy);
+}
+
+void tree_clear(tree_t *tree) {
+  memset(tree->buckets, 0xFF, sizeof tree->buckets);
+  tree->count = 0;
+  tree->dropped = TREE_NONE;
+}
+
+bool tree_is_full(const tree_t *tree) {
+  return tree->dropped == TREE_NONE && tree->count == TREE_NODES;
+}
+
+static void link_child(tree_t *tree, int child, int parent) {
+  tree->nodes[child].parent = (int16_t)parent;
+  tree->nodes[child].sibling = tree->nodes[parent].child;
+  tree->nodes[parent].child = (int16_t)child;
+}
+
+static void unlink_child(tree_t *tree, int child) {
+  int16_t *link = &tree->nodes[tree->nodes[child].parent].child;
+  while (*link != child) {
+    link = &tree->nodes[*link].sibling;
+  }
+  *link = tree->nodes[child].sibling;
+}
+
+int tree_add(tree_t *tree, tree_side_t side, lattice_t at, int parent) {
+  int i = tree->dropped;
+  if (i != TREE_NONE) {
+    tree->dropped = tree->nodes[i].next;
+  } else if (tree->count < TREE_NODES) {
+    i = tree->count++;
+  } else {
+    return TREE_NONE;
+  }
+  int16_t *bucket = &tree->buckets[side][bucket_of(at)];
+  tree->nodes[i] = (tree_node_t){
+      .at = at,
+      .parent = TREE_NONE,
+      .child = TREE_NONE,
+      .sibling = TREE_NONE,
+      .next = *bucket,
+  };
+  *bucket = (int16_t)i;
+  if (parent != TREE_NONE) {
+    link_child(tree, i, parent);
+    const tree_node_t *above = &tree->nodes[parent];
+    tree->nodes[i].cost_cells = above->cost_cells + lattice_distance(at, above->at);
+  }
+  return i;
+}
+
+/** Put a node that hangs on nothing into the list of dropped ones. */
+static void free_node(tree_t *tree, int node) {
+  tree->nodes[node].cost_cells = DROPPED;
+  tree->nodes[node].next = tree->dropped;
+  tree->dropped = (int16_t)node;
+}
+
+void tree_drop(tree_t *tree, int node) {
+  int16_t *link = &tree->buckets[TREE_OF_GOAL][bucket_of(tree->nodes[node].at)];
+  while (*link != node) {
+    link = &tree->nodes[*link].next;
+  }
+  *link = tree->nodes[node].next;
+  unlink_child(tree, node);
+  free_node(tree, node);
+}
+
+/** The node after i in a walk through everything below root; TREE_NONE at its end. */
+static int next_below(const tree_t *tree, int root, int i) {
+  if (tree->nodes[i].child != TREE_NONE) {
+    return tree->nodes[i].child;
+  }
+  while (i != root && tree->nodes[i].sibling == TREE_NONE) {
+    i = tree->nodes[i].parent;
+  }
+  return i == root ? TREE_NONE : tree->nodes[i].sibling;
+}
+
+/** Costs of a node and of all below it from that of its parent. */
+static void update_costs(tree_t *tree, int top) {
+  for (int i = top; i != TREE_NONE; i = next_below(tree, top, i)) {
+    int parent = tree->nodes[i].parent;
+    tree->nodes[i].cost_cells = 0.0f;
+    if (parent != TREE_NONE) {
+      const tree_node_t *above = &tree->nodes[parent];
+      float edge_cells = lattice_distance(tree->nodes[i].at, above->at);
+      tree->nodes[i].cost_cells = above->cost_cells + edge_cells;
+    }
+  }
+}
+
+void tree_move(tree_t *tree, int node, int parent) {
+  unlink_child(tree, node);
+  link_child(tree, node, parent);
+  update_costs(tree, node);
+}
+
+/** Hang a node on another parent (TREE_NONE: make it a root), and what was above it below it. */
+static void turn_round(tree_t *tree, int node, int parent) {
+  int above = parent;
+  int i = node;
+  while (i != TREE_NONE) {
+    int next = tree->nodes[i].parent;
+    if (next != TREE_NONE) {
+      unlink_child(tree, i);
+    }
+    tree->nodes[i].parent = TREE_NONE;
+    if (above != TREE_NONE) {
+      link_child(tree, i, above);
+    }
+    above = i;
+    i = next;
+  }
+}
+
+void tree_join(tree_t *tree, int to, int from_start) {
+  turn_round(tree, from_start, to);
+  for (int b = 0; b < TREE_BUCKETS; b++) {
+    int16_t *link = &tree->buckets[TREE_OF_GOAL][b];
+    while (*link != TREE_NONE) {
+      link = &tree->nodes[*link].next;
+    }
+    *link = tree->buckets[TREE_OF_START][b];
+    tree->buckets[TREE_OF_START][b] = TREE_NONE;
+  }
+  update_costs(tree, from_start);
+}
+
+void tree_cut(tree_t *tree, int node) {
+  unlink_child(tree, node);
+  tree->nodes[node].parent = TREE_NONE;
+}
+
+/** Put a root and all below it into the buckets of a side. */
+static void sort_into(tree_t *tree, tree_side_t side, int root) {
+  for (int i = root; i != TREE_NONE; i = next_below(tree, root, i)) {
+    int16_t *bucket = &tree->buckets[side][bucket_of(tree->nodes[i].at)];
+    tree->nodes[i].next = *bucket;
+    *bucket = (int16_t)i;
+  }
+}
+
+tree_side_t tree_split(tree_t *tree, int start) {
+  int top = start;
+  while (tree->nodes[top].parent != TREE_NONE) {
+    top = tree->nodes[top].parent;
+  }
+  memset(tree->buckets, 0xFF, sizeof tree->buckets);
+  for (int i = 0; i < tree->count; i++) {
+    if (tree->nodes[i].cost_cells >= 0.0f) {
+      tree->nodes[i].next = UNSORTED;
+    }
+  }
+  sort_into(tree, TREE_OF_GOAL, 0);
+  if (top != 0) {
+    turn_round(tree, start, TREE_NONE);
+    update_costs(tree, start);
+    sort_into(tree, TREE_OF_START, start);
+  }
+  for (int i = 0; i < tree->count; i++) {
+    if (tree->nodes[i].cost_cells >= 0.0f && tree->nodes[i].next == UNSORTED) {
+      free_node(tree, i);
+    }
+  }
+  return top == 0 ? TREE_OF_GOAL : TREE_OF_START;
+}
+
+typedef struct {
+  const tree_t *tree;
+  const int16_t *buckets;
+  lattice_t at;
+  uint32_t squared;
+  int node;
+} nearest_t;
+
+static void look_in_bucket(nearest_t *nearest, int bx, int by) {
+  const tree_node_t *nodes = nearest->tree->nodes;
+  for (int i = nearest->buckets[by * TREE_BUCKET_SIDE + bx]; i != TREE_NONE; i = nodes[i].next) {
+    uint32_t squared = squared_steps(nodes[i].at, nearest->at);
+    if (squared < nearest->squared) {
+      nearest->squared = squared;
+      nearest->node = i;
+    }
+  }
+}
+
+/** The buckets that are `ring` away from (bx, by). */
+static void look_in_ring(nearest_t *nearest, int bx, int by, int ring) {
+  for (int y = by - ring; y <= by + ring; y++) {
+    if (y < 0 || y >= TREE_BUCKET_SIDE) {
+      continue;
+    }
+    int step = y == by - ring || y == by + ring ? 1 : 2 * ring;
+    for (int x = bx - ring; x <= bx + ring; x += step) {
+      if (x >= 0 && x < TREE_BUCKET_SIDE) {
+        look_in_bucket(nearest, x, y);
+      }
+    }
+  }
+}
+
+static int32_t smaller(int32_t a, int32_t b) {
+  return a < b ? a : b;
+}
+
+/** From a place out of the square of buckets nearer than `ring`. */
+static int32_t steps_to_ring(lattice_t at, int bx, int by, int ring) {
+  int32_t x = smaller(at.x - ((bx - ring + 1) << BUCKET_BITS), ((bx + ring) << BUCKET_BITS) - at.x);
+  int32_t y = smaller(at.y - ((by - ring + 1) << BUCKET_BITS), ((by + ring) << BUCKET_BITS) - at.y);
+  return smaller(x, y);
+}
+
+int tree_nearest(const tree_t *tree, tree_side_t side, lattice_t at) {
+  nearest_t nearest = {tree, tree->buckets[side], at, UINT32_MAX, TREE_NONE};
+  int bx = at.x >> BUCKET_BITS;
+  int by = at.y >> BUCKET_BITS;
+  look_in_bucket(&nearest, bx, by);
+  for (int ring = 1; ring < TREE_BUCKET_SIDE; ring++) {
+    int32_t away = steps_to_ring(at, bx, by, ring);
+    if (nearest.squared <= (uint32_t)(away * away)) {
+      break;
+    }
+    look_in_ring(&nearest, bx, by, ring);
+  }
+  return nearest.node;
+}
+
+/** Take a node among the near ones; of too many, the farthest goes. */
+static void take(tree_near_t *near, int node, float distance_cells) {
+  int place = near->count;
+  if (place == TREE_NEAR) {
+    place = 0;
+    for (int i = 1; i < TREE_NEAR; i++) {
+      place = near->distance_cells[i] > near->distance_cells[place] ? i : place;
+    }
+    if (near->distance_cells[place] <= distance_cells) {
+      return;
+    }
+  } else {
+    near->count++;
+  }
+  near->nodes[place] = (int16_t)node;
+  near->distance_cells[place] = distance_cells;
+}
+
+static int bucket_within(int32_t steps) {
+  return steps < 0 ? 0 : steps > LATTICE_MAX ? TREE_BUCKET_SIDE - 1 : steps >> BUCKET_BITS;
+}
+
+void tree_near(const tree_t *tree, lattice_t at, int radius_cells, tree_near_t *near) {
+  int32_t radius = radius_cells * LATTICE_PER_CELL;
+  uint32_t limit = (uint32_t)(radius * radius);
+  near->count = 0;
+  for (int y = bucket_within(at.y - radius); y <= bucket_within(at.y + radius); y++) {
+    for (int x = bucket_within(at.x - radius); x <= bucket_within(at.x + radius); x++) {
+      for (int i = tree->buckets[TREE_OF_GOAL][y * TREE_BUCKET_SIDE + x]; i != TREE_NONE;
+           i = tree->nodes[i].next) {
+        uint32_t squared = squared_steps(tree->nodes[i].at, at);
+        if (squared < limit) {
+          take(near, i, sqrtf((float)squared) * CELLS_PER_STEP);
+        }
+      }
+    }
+  }
+}
+
+int tree_find(const tree_t *tree, lattice_t at) {
+  int i = tree->buckets[TREE_OF_GOAL][bucket_of(at)];
+  while (i != TREE_NONE && !lattice_equal(tree->nodes[i].at, at)) {
+    i = tree->nodes[i].next;
+  }
+  return i;
+}

@@ -6,7 +6,7 @@
 #include "ours.h"
 #include "port.h"
 
-enum { SLICE_SAMPLES = 4, SAMPLES_MAX = 20000, WAY_POINTS = 64 };
+enum { SLICE_SAMPLES = 4, SLICES_MAX = 5000, WAY_POINTS = 64 };
 
 typedef struct {
   uint32_t bits[OURS_WORDS];
@@ -19,6 +19,7 @@ typedef enum { START, SEARCH, ROUTE } step_t;
 static problem_t problem;
 static vec2_t way[WAY_POINTS];
 static int points, slices;
+static bool searching;
 
 /** What one tick does. */
 __attribute__((noinline)) void chip_slice(step_t step) {
@@ -26,7 +27,7 @@ __attribute__((noinline)) void chip_slice(step_t step) {
   if (step == START) {
     ours_start(problem.start_cells, problem.goal_cells, problem.seed);
   } else if (step == SEARCH) {
-    ours_search(SLICE_SAMPLES);
+    searching = ours_search(SLICE_SAMPLES);
   } else {
     points = ours_route(way, WAY_POINTS);
   }
@@ -34,8 +35,9 @@ __attribute__((noinline)) void chip_slice(step_t step) {
 
 static void first_route(void) {
   points = slices = 0;
+  searching = true;
   chip_slice(START);
-  for (int samples = 0; samples < SAMPLES_MAX && isinf(ours_cost()); samples += SLICE_SAMPLES) {
+  while (searching && isinf(ours_cost()) && slices < SLICES_MAX) {
     chip_slice(SEARCH);
   }
   if (!isinf(ours_cost())) {

@@ -17,7 +17,7 @@ from tests.bench.plan.movingai import crops_of
 from tests.bench.plan.on_chip import HOMES, chip_figures
 from tests.bench.plan.plots import write_plots
 from tests.bench.plan.problems import Problem, make_set
-from tests.bench.plan.runs import OMPL, OMPL_DRIVER, OPPONENTS, planner_sizes
+from tests.bench.plan.runs import OMPL, OMPL_DRIVER, OPPONENTS, planner_bytes
 from tests.bench.plan.session import Session
 from tests.bench.plan.tables import print_tables
 
@@ -54,7 +54,6 @@ def take_figures(options: Options, results: Results, chip: Figures) -> Figures:
     """All that was measured, by the names under which it is reported."""
     intervals = figures.speedups(results) | figures.replans(results)
     proven, proof_time = figures.unsolvable(results)
-    tree, bits, _ = planner_sizes()
     return {
         "seed": options.seed,
         "problems": options.problems,
@@ -63,7 +62,7 @@ def take_figures(options: Options, results: Results, chip: Figures) -> Figures:
         **figures.bounds(intervals | proof_time),
         **figures.quality(results),
         **proven,
-        "planner_ram_bytes": tree + bits,
+        "planner_ram_bytes": planner_bytes(),
         **chip,
         "one_session": not (options.reuse and options.opponents),
     }

@@ -32,6 +32,7 @@ typedef struct {
   double first_s, within_105_s, within_102_s, end_s;
   double first_cost;
   double fixed_cost; ///< best after the number of samples that the bench fixes
+  double flown_cost; ///< length of the route made of that way, where the planner makes one
   double clearance;  ///< least distance of the final way to an obstacle, cells
   long nodes_105, nodes_end;
   long bytes_105, bytes_end;

@@ -48,6 +48,7 @@ LIMITS: tuple[tuple[str, Sense, float], ...] = (
     ("planner_ram_bytes", "<=", 8192),
     ("planner_stack_bytes", "<=", 512),
     ("unsolvable_proven", "==", 1.0),
+    ("solvable_refused", "==", 0),
     ("unsolvable_time_vs_astar", "<=", 1.0),
     ("replan_ratio", "<=", 1 / 3),
     ("chip_first_ms_median", "<=", 5.0),
@@ -66,7 +67,9 @@ class Results:
 
     plans: dict[str, dict[str, Columns]] = field(default_factory=dict)
     unsolvable: dict[str, Columns] = field(default_factory=dict)
-    """Of OURS and ASTAR."""
+    """How long OURS and ASTAR took to know that there is no way."""
+    solvable: Columns = field(default_factory=dict)
+    """What OURS says where there is one."""
     replans: dict[str, Columns] = field(default_factory=dict)
     """By what was done: `repair` and `anew`."""
 
@@ -125,27 +128,33 @@ def quality(results: Results) -> Figures:
     """What the routes of ours are worth; a collision is any broken rule of any returned way."""
     runs = results.of(OURS)
     ratio = runs["fixed_cost"] / runs["optimum"]
+    flown = runs["flown_cost"] / runs["optimum"]
     too_near = runs["clearance"] < least_clearance() - 1e-3
     return {
         "final_cost_ratio_median": percentile(ratio, 50),
         "final_cost_ratio_p95": percentile(ratio, 95),
+        "flown_cost_ratio_median": percentile(flown, 50),
+        "flown_cost_ratio_p95": percentile(flown, 95),
         "solved_fraction": float(np.isfinite(runs["cost"]).mean()),
         "collisions": int(runs["invalid"].sum() + too_near.sum()),
     }
 
 
-def unsolvable(results: Results) -> tuple[Figures, dict[str, Interval]]:
+def unsolvable(results: Results) -> tuple[dict[str, float], dict[str, Interval]]:
     """How often ours knew that there is no way, and how long that took."""
     ours, astar = results.unsolvable[OURS], results.unsolvable[ASTAR]
     ratio = geometric_ratio(_times(ours, "end_s"), _times(astar, "end_s"))
-    proven = float((~np.isfinite(ours["cost"])).mean())
-    return {"unsolvable_proven": proven}, {"unsolvable_time_vs_astar": ratio}
+    found = {
+        "unsolvable_proven": float(np.isinf(ours["cost"]).mean()),
+        "solvable_refused": int(np.isinf(results.solvable["cost"]).sum()),
+    }
+    return found, {"unsolvable_time_vs_astar": ratio}
 
 
 def replans(results: Results) -> dict[str, Interval]:
     """Repairing after something closed, as a share of planning anew."""
     repair, anew = results.replans["repair"], results.replans["anew"]
-    names = {"replan_ratio": "first_s", "replan_ratio_105": "within_105_s"}
+    names = dict(zip(("replan_ratio", "replan_ratio_105", "replan_ratio_102"), TIMES, strict=True))
     return {
         key: geometric_ratio(_times(repair, name), _times(anew, name))
         for key, name in names.items()
@@ -157,7 +166,8 @@ def bounds(intervals: Mapping[str, Interval]) -> Figures:
     worse = {name: sense for name, sense, _ in LIMITS}
     figures: Figures = {}
     for name, interval in intervals.items():
-        figures[name] = interval.high if worse.get(name, ">=") == "<=" else interval.low
+        less_is_better = worse.get(name, "<=" if name.startswith("replan") else ">=") == "<="
+        figures[name] = interval.high if less_is_better else interval.low
         figures[f"{name}_estimate"] = interval.value
     return figures
 

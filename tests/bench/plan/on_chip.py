@@ -37,13 +37,13 @@ def packed(problems: Iterable[Problem], seed: int) -> bytes:
     )
 
 
-def slices_of(output: bytes) -> list[int]:
-    """How many slices each problem took."""
+def outcomes(output: bytes) -> list[tuple[float, int]]:
+    """For each problem the length of its first way (infinite without one), and its slices."""
     found, at = [], 0
     while at < len(output):
-        _, slices, points = struct.unpack_from("<fii", output, at)
-        found.append(slices)
-        at += 12 + 8 * points
+        cost, slices, points = struct.unpack_from("<fii", output, at)
+        found.append((cost, slices))
+        at += struct.calcsize("<fii") + struct.calcsize("<2f") * points
     return found
 
 
@@ -51,9 +51,11 @@ def chip_figures(problems: Sequence[Problem], seed: int) -> Figures:
     """Milliseconds at the drone's clock; the worst slice with the cycle model's safety factor."""
     data = packed(problems, seed)
     run = Chip(build(PROGRAM, "firmware")).run(data, ("chip_slice",))
+    costs, slices = zip(*outcomes(run.output), strict=True)
     slice_ms = run.cycles["chip_slice"] / CLOCK_HZ * 1000
-    ends = np.cumsum(slices_of(run.output))
-    first_ms = np.array([part.sum() for part in np.split(slice_ms, ends[:-1])])
+    parts = np.split(slice_ms, np.cumsum(slices)[:-1])
+    first_ms = np.array([part.sum() for part in parts])
+    first_ms[np.isinf(costs)] = np.inf
     return {
         "chip_problems": len(problems),
         "chip_first_ms_median": percentile(first_ms, 50),

@@ -5,16 +5,14 @@
 
 #include "clearance.h"
 #include "grid.h"
+#include "planner.h"
 #include "route.h"
-#include "rrtstar.h"
-#include "wavefront.h"
 
 static grid_t grid;
 static clearance_t clearance;
-static rrtstar_t tree;
-static wavefront_t wave;
+static planner_t planner;
 static route_t route;
-static vec2_t from_cells, to_cells;
+static vec2_t from_cells;
 
 static bool is_set(const uint32_t bits[OURS_WORDS], int ix, int iy) {
   return (bits[iy * OURS_ROW_WORDS + ix / 32] >> (ix % 32) & 1u) != 0u;
@@ -50,35 +48,34 @@ bool ours_set_blocked(const uint32_t bits[OURS_WORDS]) {
 }
 
 void ours_start(vec2_t start_cells, vec2_t goal_cells, uint32_t seed) {
-  const rrtstar_config_t cfg = rrtstar_config_default();
+  const planner_config_t cfg = planner_config_default();
   from_cells = start_cells;
-  to_cells = goal_cells;
-  rrtstar_start(&tree, &cfg, &clearance, start_cells, goal_cells, seed);
+  planner_start(&planner, &cfg, &clearance, start_cells, goal_cells, seed);
 }
 
 bool ours_search(int samples) {
-  rrtstar_status_t status = rrtstar_extend(&tree, &clearance, samples);
-  return status == RRTSTAR_SEARCHING || status == RRTSTAR_FOUND;
+  planner_extend(&planner, &clearance, &grid, samples);
+  return planner.stage != PLANNER_END;
 }
 
-void ours_repair(uint32_t seed) {
-  ours_start(from_cells, to_cells, seed);
+void ours_repair(void) {
+  planner_repair(&planner, &clearance, from_cells);
 }
 
 float ours_cost(void) {
-  return tree.goal_parent == RRTSTAR_NONE ? INFINITY : tree.best_cells;
+  return planner.status == PLANNER_FOUND ? planner.best_cells : INFINITY;
 }
 
 int ours_nodes(void) {
-  return tree.count;
+  return planner_nodes(&planner);
 }
 
 int ours_way(vec2_t *way_cells, int capacity) {
-  return rrtstar_path(&tree, way_cells, capacity);
+  return planner_path(&planner, way_cells, capacity);
 }
 
 int ours_route(vec2_t *way_cells, int capacity) {
-  int count = rrtstar_path(&tree, route.points_m, ROUTE_POINTS);
+  int count = planner_path(&planner, route.points_m, ROUTE_POINTS);
   if (count < 2) {
     return 0;
   }
@@ -89,15 +86,14 @@ int ours_route(vec2_t *way_cells, int capacity) {
   return route.count <= capacity ? route.count : 0;
 }
 
-bool ours_no_way(vec2_t start_cells, vec2_t goal_cells) {
-  grid_cell_t start = {(int)start_cells.x, (int)start_cells.y};
-  grid_cell_t goal = {(int)goal_cells.x, (int)goal_cells.y};
-  wavefront_start(&wave, WAVEFRONT_TO_GOAL, start, goal);
-  while (wavefront_extend(&wave, &clearance, &grid, GRID_CELLS) == WAVEFRONT_RUNNING) {
+bool ours_no_way(vec2_t start_cells, vec2_t goal_cells, uint32_t seed) {
+  ours_start(start_cells, goal_cells, seed);
+  while (planner.status == PLANNER_SEARCHING) {
+    planner_extend(&planner, &clearance, &grid, GRID_SIDE_CELLS);
   }
-  return wave.status == WAVEFRONT_EXHAUSTED;
+  return planner.status == PLANNER_NO_WAY;
 }
 
 ours_sizes_t ours_sizes(void) {
-  return (ours_sizes_t){sizeof tree, sizeof clearance.bits, sizeof wave};
+  return (ours_sizes_t){sizeof planner, sizeof clearance.bits};
 }

@@ -13,9 +13,8 @@
 enum { OURS_SIDE = 128, OURS_ROW_WORDS = OURS_SIDE / 32, OURS_WORDS = OURS_SIDE * OURS_ROW_WORDS };
 
 typedef struct {
-  size_t tree;  ///< nodes and index
-  size_t bits;  ///< of the blocked cells
-  size_t proof; ///< what proves that there is no way
+  size_t planner; ///< all of its state
+  size_t bits;    ///< of the blocked cells
 } ours_sizes_t;
 
 /** The map and its inflated layer as they stand before anybody plans: bit ix % 32 of word
@@ -28,7 +27,7 @@ void ours_start(vec2_t start_cells, vec2_t goal_cells, uint32_t seed);
 /** Go on for so many samples. @return false when the planner has ended */
 bool ours_search(int samples);
 /** After ours_change_blocked: keep of the plan what still holds. Then go on with ours_search. */
-void ours_repair(uint32_t seed);
+void ours_repair(void);
 
 /** Length of the best way in cells; infinite without one. */
 float ours_cost(void);
@@ -39,7 +38,7 @@ int ours_way(vec2_t *way_cells, int capacity);
 int ours_route(vec2_t *way_cells, int capacity);
 
 /** Look whether there is a way at all. @return true if there is none */
-bool ours_no_way(vec2_t start_cells, vec2_t goal_cells);
+bool ours_no_way(vec2_t start_cells, vec2_t goal_cells, uint32_t seed);
 
 ours_sizes_t ours_sizes(void);
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import random
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -125,11 +126,17 @@ def run_plain(problem: Problem, seed: int) -> dict[str, float]:
                 if best <= factor * problem.optimum < before:
                     found[name] = now_s
     found |= {"end_s": time.thread_time() - began_s, "cost": best, "fixed_cost": best}
-    unknown = {"clearance": math.inf, "nodes_105": -1, "bytes_105": -1, "bytes_end": -1}
+    unknown = {
+        "flown_cost": math.inf,
+        "clearance": math.inf,
+        "nodes_105": -1,
+        "bytes_105": -1,
+        "bytes_end": -1,
+    }
     return found | unknown | {"nodes_end": tree.size, "samples": ITERATIONS, "invalid": 0}
 
 
-def run_plain_on(problems: list[Problem], seed: int) -> Columns:
+def run_plain_on(problems: Sequence[Problem], seed: int) -> Columns:
     """A row per problem, as the compiled drivers print them."""
     rows = [run_plain(problem, seed * 7919 + k) for k, problem in enumerate(problems)]
     columns = {name: np.array([row[name] for row in rows], float) for name in rows[0]}

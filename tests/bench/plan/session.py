@@ -84,9 +84,10 @@ class Session:
         return columns
 
     def _measure_unsolvable(self, results: Results) -> None:
-        path = workshop() / "unsolvable.bin"
+        solvable, walled_off = workshop() / "solvable.bin", workshop() / "unsolvable.bin"
         problems = [problem for listed in self.families.values() for problem in listed]
-        write_problems(path, make_unsolvable(problems, self.seed))
+        write_problems(solvable, problems)
+        write_problems(walled_off, make_unsolvable(problems, self.seed))
         prove: dict[str, Callable[[Task], Columns]] = {
             OURS: lambda task: run_ours(task, "prove"),
             ASTAR: runner(ASTAR),
@@ -94,8 +95,9 @@ class Session:
         parts: dict[str, list[Columns]] = {name: [] for name in prove}
         for seed in range(1, self.seeds + 1):
             for name, run in prove.items():
-                parts[name].append(run(Task(path, seed)))
+                parts[name].append(run(Task(walled_off, seed)))
         results.unsolvable = {name: joined(found) for name, found in parts.items()}
+        results.solvable = run_ours(Task(solvable, 1), "prove")
 
     def _measure_replans(self, results: Results) -> None:
         path = workshop() / "changes.bin"

@@ -37,7 +37,14 @@ def runs(times_s: list[float], **others: float) -> Columns:
     count = len(times_s)
     columns = {name: np.array(times_s * 2) for name in figures.TIMES}
     columns["problem"] = np.array(list(range(count)) * 2, float)
-    defaults = {"cost": 10.0, "fixed_cost": 10.0, "optimum": 10.0, "clearance": 2.5, "invalid": 0.0}
+    defaults = {
+        "cost": 10.0,
+        "fixed_cost": 10.0,
+        "flown_cost": 10.1,
+        "optimum": 10.0,
+        "clearance": 2.5,
+        "invalid": 0.0,
+    }
     return columns | {
         name: np.full(2 * count, value) for name, value in (defaults | others).items()
     }

@@ -45,6 +45,7 @@ void drive_begin(drive_run_t *run, const drive_problem_t *problem) {
   run->problem = problem;
   run->cost = INFINITY;
   run->first_s = run->within_105_s = run->within_102_s = INFINITY;
+  run->enough_s = run->enough_cost = INFINITY;
   run->first_cost = run->fixed_cost = run->flown_cost = INFINITY;
   run->clearance = INFINITY;
   run->nodes_105 = run->bytes_105 = -1;
@@ -120,14 +121,16 @@ void drive_finish(drive_run_t *run, const double *xy_cells, int count) {
 }
 
 void drive_print_header(void) {
-  printf("problem,first_s,first_cost,within_105_s,within_102_s,end_s,cost,fixed_cost,flown_cost,"
+  printf("problem,first_s,first_cost,within_105_s,within_102_s,enough_s,enough_cost,end_s,cost,"
+         "fixed_cost,flown_cost,"
          "clearance,"
          "nodes_105,nodes_end,bytes_105,bytes_end,samples,invalid\n");
 }
 
 void drive_print(int problem, const drive_run_t *run) {
-  printf("%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%ld,%ld,%ld,%ld,%ld,%d\n", problem,
-         run->first_s, run->first_cost, run->within_105_s, run->within_102_s, run->end_s, run->cost,
-         run->fixed_cost, run->flown_cost, run->clearance, run->nodes_105, run->nodes_end,
-         run->bytes_105, run->bytes_end, run->samples, run->invalid);
+  printf("%d,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%ld,%ld,%ld,%ld,%ld,%d\n",
+         problem, run->first_s, run->first_cost, run->within_105_s, run->within_102_s,
+         run->enough_s, run->enough_cost, run->end_s, run->cost, run->fixed_cost, run->flown_cost,
+         run->clearance, run->nodes_105, run->nodes_end, run->bytes_105, run->bytes_end,
+         run->samples, run->invalid);
 }

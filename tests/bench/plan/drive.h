@@ -31,7 +31,8 @@ typedef struct {
   double cost; ///< best so far, verified where the planner gives its way
   double first_s, within_105_s, within_102_s, end_s;
   double first_cost;
-  double fixed_cost; ///< best after the number of samples that the bench fixes
+  double enough_s, enough_cost; ///< when a planner would stop by itself
+  double fixed_cost;            ///< best after the number of samples that the bench fixes
   double flown_cost; ///< length of the route made of that way, where the planner makes one
   double clearance;  ///< least distance of the final way to an obstacle, cells
   long nodes_105, nodes_end;

@@ -103,6 +103,10 @@ static void look(drive_run_t *run) {
     claim->count = ours_way(claim->way, CLAIM_POINTS);
     drive_resume(run, now_s);
   }
+  if (!isfinite(run->enough_s) && ours_enough()) {
+    run->enough_s = drive_time_s(run);
+    run->enough_cost = run->cost;
+  }
 }
 
 /** Up to so many samples in all, or until the way is good enough. */

@@ -135,6 +135,9 @@ def quality(results: Results) -> Figures:
         "final_cost_ratio_p95": percentile(ratio, 95),
         "flown_cost_ratio_median": percentile(flown, 50),
         "flown_cost_ratio_p95": percentile(flown, 95),
+        "enough_ms_median": 1000 * percentile(runs["enough_s"], 50),
+        "enough_ms_p95": 1000 * percentile(runs["enough_s"], 95),
+        "enough_cost_ratio_p95": percentile(runs["enough_cost"] / runs["optimum"], 95),
         "solved_fraction": float(np.isfinite(runs["cost"]).mean()),
         "collisions": int(runs["invalid"].sum() + too_near.sum()),
     }
@@ -154,7 +157,11 @@ def unsolvable(results: Results) -> tuple[dict[str, float], dict[str, Interval]]
 def replans(results: Results) -> dict[str, Interval]:
     """Repairing after something closed, as a share of planning anew."""
     repair, anew = results.replans["repair"], results.replans["anew"]
-    names = dict(zip(("replan_ratio", "replan_ratio_105", "replan_ratio_102"), TIMES, strict=True))
+    endings = ("", "_105", "_102", "_enough")
+    names = {
+        f"replan_ratio{ending}": name
+        for ending, name in zip(endings, (*TIMES, "enough_s"), strict=True)
+    }
     return {
         key: geometric_ratio(_times(repair, name), _times(anew, name))
         for key, name in names.items()

@@ -21,6 +21,8 @@ from tests.firmware.replay import on_this_machine
 from tests.tools.objects import CORE
 
 HOMES: Final = ("furniture", "rooms")
+SLICE: Final = "chip_slice"
+STEPS: Final = ("ours_start", "ours_search", "ours_route")
 PROGRAM: Final = Program(
     "plan",
     (HERE / "chip_plan.c", HERE / "ours.c", *core_files(HERE / "ours.c")),
@@ -50,9 +52,9 @@ def outcomes(output: bytes) -> list[tuple[float, int]]:
 def chip_figures(problems: Sequence[Problem], seed: int) -> Figures:
     """Milliseconds at the drone's clock; the worst slice with the cycle model's safety factor."""
     data = packed(problems, seed)
-    run = Chip(build(PROGRAM, "firmware")).run(data, ("chip_slice",))
+    run = Chip(build(PROGRAM, "firmware")).run(data, (SLICE, *STEPS))
     costs, slices = zip(*outcomes(run.output), strict=True)
-    slice_ms = run.cycles["chip_slice"] / CLOCK_HZ * 1000
+    slice_ms = run.cycles[SLICE] / CLOCK_HZ * 1000
     parts = np.split(slice_ms, np.cumsum(slices)[:-1])
     first_ms = np.array([part.sum() for part in parts])
     first_ms[np.isinf(costs)] = np.inf
@@ -61,6 +63,7 @@ def chip_figures(problems: Sequence[Problem], seed: int) -> Figures:
         "chip_first_ms_median": percentile(first_ms, 50),
         "chip_first_ms_p95": percentile(first_ms, 95),
         "chip_worst_slice_ms": float(SAFETY * slice_ms.max()),
+        "chip_worst_cycles": {name: int(run.cycles[name].max()) for name in (SLICE, *STEPS)},
         "chip_same_bits": run.output == on_this_machine(PROGRAM, data),
-        "planner_stack_bytes": run.stack_bytes["chip_slice"],
+        "planner_stack_bytes": run.stack_bytes[SLICE],
     }

@@ -62,6 +62,10 @@ void ours_repair(void) {
   planner_repair(&planner, &clearance, from_cells);
 }
 
+bool ours_enough(void) {
+  return planner_enough(&planner);
+}
+
 float ours_cost(void) {
   return planner.status == PLANNER_FOUND ? planner.best_cells : INFINITY;
 }

@@ -29,6 +29,9 @@ bool ours_search(int samples);
 /** After ours_change_blocked: keep of the plan what still holds. Then go on with ours_search. */
 void ours_repair(void);
 
+/** True when the drone would stop planning and fly. */
+bool ours_enough(void);
+
 /** Length of the best way in cells; infinite without one. */
 float ours_cost(void);
 int ours_nodes(void);

@@ -19,6 +19,7 @@ ITERATIONS = 1000
 STEP_CELLS = 5.0
 GOAL_BIAS = 0.1
 NEAR_CELLS = 50.0
+COUNTS = ("nodes_105", "bytes_105", "bytes_end")
 
 
 @dataclass(slots=True)
@@ -126,13 +127,8 @@ def run_plain(problem: Problem, seed: int) -> dict[str, float]:
                 if best <= factor * problem.optimum < before:
                     found[name] = now_s
     found |= {"end_s": time.thread_time() - began_s, "cost": best, "fixed_cost": best}
-    unknown = {
-        "flown_cost": math.inf,
-        "clearance": math.inf,
-        "nodes_105": -1,
-        "bytes_105": -1,
-        "bytes_end": -1,
-    }
+    never = ("enough_s", "enough_cost", "flown_cost", "clearance")
+    unknown = dict.fromkeys(never, math.inf) | dict.fromkeys(COUNTS, -1.0)
     return found | unknown | {"nodes_end": tree.size, "samples": ITERATIONS, "invalid": 0}
 
 

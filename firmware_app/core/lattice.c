@@ -6,12 +6,12 @@
 
 static const float CELLS_PER_STEP = 1.0f / LATTICE_PER_CELL;
 
-static int16_t rounded(float cells) {
-  return (int16_t)geometry_clamp(cells * LATTICE_PER_CELL + 0.5f, 0.0f, (float)LATTICE_MAX);
+static int16_t rounded_down(float cells) {
+  return (int16_t)geometry_clamp(cells * LATTICE_PER_CELL, 0.0f, (float)LATTICE_MAX);
 }
 
 lattice_t lattice_from_cells(vec2_t cells) {
-  return (lattice_t){rounded(cells.x), rounded(cells.y)};
+  return (lattice_t){rounded_down(cells.x), rounded_down(cells.y)};
 }
 
 vec2_t lattice_to_cells(lattice_t p) {

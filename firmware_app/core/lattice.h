@@ -16,9 +16,8 @@ typedef struct {
   int16_t x, y; ///< 1/256 cell, 0..LATTICE_MAX
 } lattice_t;
 
-/** The lattice point nearest to a position in cells; outside the grid, the nearest inside. NaN is
- * 0.
- */
+/** The lattice point at a position in cells, rounded down so that it lies in the same cell; outside
+ * the grid, the nearest inside. NaN is 0. */
 lattice_t lattice_from_cells(vec2_t cells);
 vec2_t lattice_to_cells(lattice_t p);
 bool lattice_equal(lattice_t a, lattice_t b);

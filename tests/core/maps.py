@@ -14,6 +14,10 @@ OCCUPIED: int = lib.GRID_VALUE_MAX
 FREE = 3
 Cells = Iterable[tuple[int, int]]
 Bits = NDArray[np.bool_]
+PER_CELL: int = lib.LATTICE_PER_CELL
+STEPS_MAX: int = lib.LATTICE_MAX
+Steps = tuple[int, int]
+Point = tuple[float, float]
 WHOLE_M = 1000.0
 
 
@@ -93,6 +97,45 @@ def values(grid: CData) -> NDArray[np.uint8]:
 def raw_bytes(pointer: CData) -> bytes:
     """The bytes of the struct that a pointer points to."""
     return bytes(ffi.buffer(pointer))
+
+
+def lattice(at: Steps) -> CData:
+    """A lattice_t; lives as long as the result is held."""
+    return ffi.new("lattice_t *", at)[0]
+
+
+def middle(cell: tuple[int, int]) -> Steps:
+    """The lattice point in the middle of a cell."""
+    return cell[0] * PER_CELL + PER_CELL // 2, cell[1] * PER_CELL + PER_CELL // 2
+
+
+def steps(p: CData) -> Steps:
+    return p.x, p.y
+
+
+def in_cells(way: Iterable[Steps]) -> list[Point]:
+    """Exactly: 1/256 is a power of two."""
+    return [(x / PER_CELL, y / PER_CELL) for x, y in way]
+
+
+def lattice_array(way: list[Steps], capacity: int = 64) -> CData:
+    """A lattice_t array that begins with the way."""
+    array = ffi.new("lattice_t[]", capacity)
+    for i, (x, y) in enumerate(way):
+        array[i].x, array[i].y = x, y
+    return array
+
+
+def lattice_points(array: CData, count: int) -> list[Steps]:
+    """The first points of a lattice_t array."""
+    return [steps(array[i]) for i in range(count)]
+
+
+def sees(clearance: CData, way: list[Steps]) -> bool:
+    """Each point of the way sees the next."""
+    return all(
+        lib.clearance_sees(clearance, lattice(a), lattice(b)) for a, b in itertools.pairwise(way)
+    )
 
 
 def points(array: CData, count: int) -> list[tuple[float, float]]:

@@ -38,6 +38,8 @@ def runs(times_s: list[float], **others: float) -> Columns:
     columns = {name: np.array(times_s * 2) for name in figures.TIMES}
     columns["problem"] = np.array(list(range(count)) * 2, float)
     defaults = {
+        "enough_s": 2.0e-4,
+        "enough_cost": 10.2,
         "cost": 10.0,
         "fixed_cost": 10.0,
         "flown_cost": 10.1,

@@ -15,6 +15,7 @@ CORE_C := $(wildcard firmware_app/core/*.c)
 CORE_H := $(wildcard firmware_app/core/*.h)
 C_SOURCES := $(CORE_C) $(CORE_H) $(wildcard firmware_app/app/*.[ch] firmware_app/host/*.[ch])
 C_TESTS := $(wildcard tests/*/*.c tests/bench/*/*.[ch] tests/bench/*/*.cpp)
+PLAN := tests/bench/plan
 BUILD_SCRIPTS := ground/core_build.py ground/sim/firmware_build.py
 C_WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Wcast-qual -Werror
 
@@ -70,6 +71,7 @@ check: setup ## Lint, types, formatting, strict C warnings
 	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run -Werror $(C_SOURCES) $(C_TESTS)
 	gcc -std=c11 -O2 $(C_WARNINGS) -fsyntax-only $(CORE_C)
+	gcc -std=c11 -O2 $(C_WARNINGS) -fsyntax-only -Ifirmware_app/core -Itests/firmware $(wildcard $(PLAN)/*.c)
 
 .PHONY: analyse
 analyse: setup ## Let gcc, clang, clang-tidy and cppcheck read the C code
@@ -109,7 +111,6 @@ sizes: setup ## Print what core and app need on the chip: RAM, flash, stack
 picture: setup ## Take the picture of the README anew
 	$(BIN)/python -m tests.tools.picture ground/web/page.png
 
-PLAN := tests/bench/plan
 OMPL_INCLUDE ?= $(firstword $(wildcard /usr/include/ompl-*)) /usr/include/eigen3
 
 .PHONY: bench-ompl

@@ -86,7 +86,7 @@ static void take_route(drive_run_t *run) {
   run->fixed_cost = run->cost;
   if (count > 0) {
     double length = verified(run, route, count, ROUTE_SHRINK, true);
-    run->flown_cost = length >= 0.0 ? length : INFINITY;
+    run->flown_cost = length >= 0.0 ? length : HUGE_VAL;
   }
 }
 
@@ -168,7 +168,7 @@ static void prove(drive_run_t *run, const drive_problem_t *problem, const terms_
   drive_begin(run, problem);
   bool none = ours_no_way(to_vec2(problem->start), to_vec2(problem->goal), terms->seed);
   run->end_s = drive_time_s(run);
-  run->cost = none ? INFINITY : 0.0;
+  run->cost = none ? HUGE_VAL : 0.0;
 }
 
 static void run_all(const char *mode, const char *path, const terms_t *terms) {

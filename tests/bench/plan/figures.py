@@ -45,6 +45,7 @@ LIMITS: tuple[tuple[str, Sense, float], ...] = (
     ("final_cost_ratio_p95", "<=", 1.03),
     ("solved_fraction", "==", 1.0),
     ("collisions", "==", 0),
+    ("opponents_invalid", "==", 0),
     ("planner_ram_bytes", "<=", 8192),
     ("planner_stack_bytes", "<=", 512),
     ("unsolvable_proven", "==", 1.0),
@@ -129,6 +130,7 @@ def quality(results: Results) -> Figures:
     runs = results.of(OURS)
     ratio = runs["fixed_cost"] / runs["optimum"]
     flown = runs["flown_cost"] / runs["optimum"]
+    others = [name for name in results.plans if name != OURS]
     too_near = runs["clearance"] < least_clearance() - 1e-3
     return {
         "final_cost_ratio_median": percentile(ratio, 50),
@@ -140,6 +142,7 @@ def quality(results: Results) -> Figures:
         "enough_cost_ratio_p95": percentile(runs["enough_cost"] / runs["optimum"], 95),
         "solved_fraction": float(np.isfinite(runs["cost"]).mean()),
         "collisions": int(runs["invalid"].sum() + too_near.sum()),
+        "opponents_invalid": int(sum(results.of(name)["invalid"].sum() for name in others)),
     }
 
 

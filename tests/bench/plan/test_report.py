@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from ground.errors import GroundError
 from tests.bench.plan import figures
 from tests.bench.plan.command import Options, run_plan
 from tests.bench.plan.figures import Results
@@ -162,6 +163,14 @@ def test_plain_python_finds_a_way(tmp_path: Path) -> None:
     found = run_plain(problem, 1)
     assert problem.optimum <= found["cost"] < 1.5 * problem.optimum
     assert 0 < found["first_s"] <= found["end_s"]
+
+
+def test_without_its_driver_ompl_is_not_compared_with(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("tests.bench.plan.command.OMPL_DRIVER", tmp_path / "absent")
+    with pytest.raises(GroundError, match="make bench-ompl"):
+        run_plan(Options(against=("ompl",)), Console(quiet=True))
 
 
 def test_the_command_writes_every_figure_it_checks(tmp_path: Path) -> None:

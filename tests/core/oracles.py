@@ -9,9 +9,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.core.maps import SIDE, Bits
+from tests.core.maps import PER_CELL, SIDE, Bits, Point, Steps
 
-Point = tuple[float, float]
 Cell = tuple[int, int]
 
 
@@ -79,3 +78,60 @@ def distances(blocked: Bits, start: Cell) -> dict[Cell, int]:
                 steps[cell] = steps[x, y] + 1
                 queue.append(cell)
     return steps
+
+
+def squared_distance(a: Steps, b: Steps, cell: Cell) -> Fraction:
+    """Between a segment and the closed square of a cell, in lattice steps, exactly."""
+    low = [c * PER_CELL for c in cell]
+    high = [side + PER_CELL for side in low]
+    if meets_box(a, b, low, high):
+        return Fraction(0)
+    corners = itertools.product(*zip(low, high, strict=True))
+    from_ends = [to_box(end, low, high) for end in (a, b)]
+    return min([*map(Fraction, from_ends), *(to_segment(c, a, b) for c in corners)])
+
+
+def meets_box(a: Steps, b: Steps, low: list[int], high: list[int]) -> bool:
+    """The segment has a point in the closed box."""
+    start, end = Fraction(0), Fraction(1)
+    for p, q, least, most in zip(a, b, low, high, strict=True):
+        if p == q:
+            if not least <= p <= most:
+                return False
+            continue
+        enters, leaves = sorted((Fraction(least - p, q - p), Fraction(most - p, q - p)))
+        start, end = max(start, enters), min(end, leaves)
+    return start <= end
+
+
+def to_box(p: Steps, low: list[int], high: list[int]) -> int:
+    gaps = [max(lo - c, 0, c - hi) for c, lo, hi in zip(p, low, high, strict=True)]
+    return sum(gap * gap for gap in gaps)
+
+
+def to_segment(p: tuple[int, ...], a: Steps, b: Steps) -> Fraction:
+    along = [q - o for o, q in zip(a, b, strict=True)]
+    square = sum(d * d for d in along)
+    dot = sum((c - o) * d for c, o, d in zip(p, a, along, strict=True))
+    share = min(max(Fraction(dot, square), Fraction(0)), Fraction(1)) if square else Fraction(0)
+    return sum(((c - o - share * d) ** 2 for c, o, d in zip(p, a, along, strict=True)), Fraction(0))
+
+
+def waves(blocked: Bits, start: Cell) -> dict[Cell, int]:
+    """The wave that reaches each cell: of 4 neighbours if odd; if even of 8, for a diagonal step
+    where both cells beside it are free."""
+    reached = {start: 0}
+    front, wave = [start], 0
+    while front:
+        wave += 1
+        fresh = set()
+        for x, y in front:
+            for dx, dy in itertools.product((-1, 0, 1), repeat=2):
+                beside = [(x + dx, y), (x, y + dy), (x + dx, y + dy)]
+                if dx != 0 and dy != 0 and wave % 2 == 1:
+                    continue
+                if not any(is_blocked(blocked, cell) for cell in beside if cell != (x, y)):
+                    fresh.add((x + dx, y + dy))
+        front = [cell for cell in fresh if cell not in reached]
+        reached |= dict.fromkeys(front, wave)
+    return reached

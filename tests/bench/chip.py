@@ -39,7 +39,7 @@ def fly(flights: Iterable[Flight], out: Console) -> dict[str, list[Replay]]:
         differences = {flags: replays[-1].difference for flags, replays in done.items()}
         parted = [f"{flags}: {said}" for flags, said in differences.items() if said]
         ticks = done["firmware"][-1].recording.ticks
-        out.print(f"{flight.name:24} {ticks:6} ticks  {'; '.join(parted) or 'bit for bit'}")
+        out.print(f"{flight.name:28} {ticks:6} ticks  {'; '.join(parted) or 'bit for bit'}")
     return done
 
 

@@ -27,7 +27,7 @@ def fly(flights: Iterable[Flight], out: Console) -> dict[str, list[AppReplay]]:
         differences = {flags: replays[-1].difference for flags, replays in done.items()}
         parted = [f"{flags}: {said}" for flags, said in differences.items() if said]
         calls = len(done["firmware"][-1].flown.recording.outcomes)
-        out.print(f"{flight.name:24} {calls:6} calls  {'; '.join(parted) or 'bit for bit'}")
+        out.print(f"{flight.name:28} {calls:6} calls  {'; '.join(parted) or 'bit for bit'}")
     return done
 
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The wave: reaches what a plain breadth-first search reaches, and finds a way that is clear."""
+"""The wave: reaches what a plain breadth-first search reaches, and finds a way that is clear.
+
+How far it says that a cell is, a plain oracle says too: every other wave goes to 8 neighbours.
+"""
 
 import numpy as np
 import pytest
@@ -10,27 +13,32 @@ from ground.core import CData, ffi, lib
 from tests.core import oracles
 from tests.core.maps import (
     SIDE,
+    Steps,
     blocked_bits,
     fill,
     from_picture,
+    in_cells,
     is_clear,
+    lattice_points,
+    middle,
     new_clearance,
     new_grid,
     occupy,
-    points,
     raw_bytes,
+    sees,
     vec2,
     with_walls,
 )
 
 # Obstacles dense enough to make closed rooms, in a corner of the grid that a fence cuts off.
 BOX = 20
+Cell = tuple[int, int]
 CELL_M = 0.05
 inside = st.tuples(st.integers(0, BOX - 1), st.integers(0, BOX - 1))
 mazes = st.sets(inside, min_size=60, max_size=200)
 
 
-def box(where: set[tuple[int, int]]) -> tuple[CData, CData]:
+def box(where: set[Cell]) -> tuple[CData, CData]:
     """Grid and clearance of a room of BOX x BOX cells around the grid's middle word border."""
     grid = new_grid(CELL_M)
     occupy(grid, shifted(where))
@@ -38,11 +46,11 @@ def box(where: set[tuple[int, int]]) -> tuple[CData, CData]:
     return grid, new_clearance(grid, 0.0, (low, low), (high, high))
 
 
-def shifted(where: set[tuple[int, int]]) -> set[tuple[int, int]]:
+def shifted(where: set[Cell]) -> set[Cell]:
     return {(x + 54, y + 54) for x, y in where}
 
 
-def start_wave(target: int, start: tuple[int, int], goal: tuple[int, int] = (0, 0)) -> CData:
+def start_wave(target: int, start: Cell, goal: Cell = (0, 0)) -> CData:
     wave = ffi.new("wavefront_t *")
     lib.wavefront_start(
         wave, target, ffi.new("grid_cell_t *", start)[0], ffi.new("grid_cell_t *", goal)[0]
@@ -58,19 +66,25 @@ def run(wave: CData, clearance: CData, grid: CData, slice_waves: int = 1000) -> 
     raise AssertionError("the wave does not end")
 
 
-def reached(wave: CData) -> set[tuple[int, int]]:
+def reached(wave: CData) -> set[Cell]:
     return {(x, y) for x in range(SIDE) for y in range(SIDE) if lib.wavefront_reached(wave, x, y)}
 
 
-def path_of(wave: CData, clearance: CData, capacity: int = 400) -> list[tuple[float, float]]:
-    array = ffi.new("vec2_t[]", capacity)
-    return points(array, lib.wavefront_path(wave, clearance, array, capacity))
+def path_of(wave: CData, clearance: CData, capacity: int = 400) -> list[Steps]:
+    """From the target back to the root."""
+    array = ffi.new("lattice_t[]", capacity)
+    return lattice_points(array, lib.wavefront_path(wave, clearance, array, capacity))
+
+
+def assert_good(path: list[Steps], clearance: CData, start: Cell, target: Cell) -> None:
+    assert path[0] == middle(target)
+    assert path[-1] == middle(start)
+    assert sees(clearance, path)
+    assert is_clear(clearance, in_cells(path))
 
 
 @given(mazes, inside)
-def test_the_wave_reaches_what_can_be_reached(
-    where: set[tuple[int, int]], start: tuple[int, int]
-) -> None:
+def test_the_wave_reaches_what_can_be_reached(where: set[Cell], start: Cell) -> None:
     grid, clearance = box(where - {start})
     (cell,) = shifted({start})
     wave = start_wave(lib.WAVEFRONT_EVERYWHERE, cell)
@@ -80,32 +94,57 @@ def test_the_wave_reaches_what_can_be_reached(
 
 @given(mazes, inside, inside)
 def test_a_goal_is_met_exactly_if_there_is_a_way_and_the_way_is_clear(
-    where: set[tuple[int, int]], start: tuple[int, int], goal: tuple[int, int]
+    where: set[Cell], start: Cell, goal: Cell
 ) -> None:
     grid, clearance = box(where - {start})
     (a,), (b,) = shifted({start}), shifted({goal})
-    wave = start_wave(lib.WAVEFRONT_TO_GOAL, a, b)
+    wave = start_wave(lib.WAVEFRONT_TO_CELL, a, b)
     status = run(wave, clearance, grid)
-    steps = oracles.distances(blocked_bits(clearance), a)
-    assert (status == lib.WAVEFRONT_REACHED) == (b in steps)
+    reachable = oracles.waves(blocked_bits(clearance), a)
+    assert (status == lib.WAVEFRONT_REACHED) == (b in reachable)
     path = path_of(wave, clearance)
-    if b not in steps:
+    if b not in reachable:
         assert path == []
         return
-    assert wave.waves == steps[b]
-    assert path[0] == (a[0] + 0.5, a[1] + 0.5)
-    assert path[-1] == (b[0] + 0.5, b[1] + 0.5)
-    assert is_clear(clearance, path)
-    assert len(path) <= steps[b] + 2
+    assert wave.waves == reachable[b]
+    assert_good(path, clearance, a, b)
+    assert len(path) <= reachable[b] + 2
+
+
+@given(mazes, inside)
+def test_the_waves_are_as_many_as_the_plain_count(where: set[Cell], start: Cell) -> None:
+    """Each cell is reached in its wave, told by its label: the wave's number modulo 3."""
+    grid, clearance = box(where - {start})
+    (cell,) = shifted({start})
+    wave = start_wave(lib.WAVEFRONT_EVERYWHERE, cell)
+    run(wave, clearance, grid)
+    count = oracles.waves(blocked_bits(clearance), cell)
+    assert wave.waves == max(count.values()) + 1  # the last one finds nothing
+    for (x, y), number in count.items():
+        word, bit = y * lib.GRID_BIT_WORDS + x // 32, x % 32
+        label = (wave.low[word] >> bit & 1) + 2 * (wave.high[word] >> bit & 1)
+        assert label == number % 3 + 1
+
+
+def test_in_the_open_waves_are_octagons() -> None:
+    """So no way is taken for much longer or shorter, against another, than it is."""
+    grid, clearance = with_walls([])
+    ratios = []
+    for angle in np.linspace(0.0, np.pi / 2, 19):
+        dx, dy = round(60 * np.cos(angle)), round(60 * np.sin(angle))
+        wave = start_wave(lib.WAVEFRONT_TO_CELL, (64, 64), (64 + dx, 64 + dy))
+        assert run(wave, clearance, grid) == lib.WAVEFRONT_REACHED
+        ratios.append(wave.waves / np.hypot(dx, dy))
+    assert max(ratios) / min(ratios) < 1.12
 
 
 @given(mazes, inside, inside, st.integers(1, 9))
 def test_slicing_does_not_change_the_result(
-    where: set[tuple[int, int]], start: tuple[int, int], goal: tuple[int, int], waves: int
+    where: set[Cell], start: Cell, goal: Cell, waves: int
 ) -> None:
     grid, clearance = box(where - {start})
     (a,), (b,) = shifted({start}), shifted({goal})
-    whole, sliced = (start_wave(lib.WAVEFRONT_TO_GOAL, a, b) for _ in range(2))
+    whole, sliced = (start_wave(lib.WAVEFRONT_TO_CELL, a, b) for _ in range(2))
     assert run(whole, clearance, grid) == run(sliced, clearance, grid, waves)
     assert raw_bytes(whole) == raw_bytes(sliced)
 
@@ -129,33 +168,32 @@ def test_a_slice_does_no_more_than_it_may() -> None:
 def test_the_way_through_a_gap_of_one_cell_is_found() -> None:
     wall = {(64, y) for y in range(SIDE)} - {(64, 90)}
     grid, clearance = with_walls(wall)
-    wave = start_wave(lib.WAVEFRONT_TO_GOAL, (10, 10), (120, 10))
+    wave = start_wave(lib.WAVEFRONT_TO_CELL, (10, 10), (120, 10))
     assert run(wave, clearance, grid) == lib.WAVEFRONT_REACHED
-    path = path_of(wave, clearance)
-    assert is_clear(clearance, path)
+    assert_good(path_of(wave, clearance), clearance, (10, 10), (120, 10))
 
 
 def test_no_way_leads_between_cells_that_touch_at_a_corner() -> None:
     grid, clearance = with_walls({(x, SIDE - 1 - x) for x in range(SIDE)})
-    wave = start_wave(lib.WAVEFRONT_TO_GOAL, (10, 10), (120, 120))
+    wave = start_wave(lib.WAVEFRONT_TO_CELL, (10, 10), (120, 120))
     assert run(wave, clearance, grid) == lib.WAVEFRONT_EXHAUSTED
 
 
 def test_the_start_may_be_the_goal() -> None:
     grid, clearance = with_walls([])
-    wave = start_wave(lib.WAVEFRONT_TO_GOAL, (7, 8), (7, 8))
+    wave = start_wave(lib.WAVEFRONT_TO_CELL, (7, 8), (7, 8))
     assert run(wave, clearance, grid) == lib.WAVEFRONT_REACHED
-    assert path_of(wave, clearance) == [(7.5, 8.5), (7.5, 8.5)]
+    assert path_of(wave, clearance) == [middle((7, 8)), middle((7, 8))]
 
 
 def test_a_way_with_more_corners_than_there_is_room_for_is_not_given() -> None:
     wall = {(x, y) for x in range(8, 120, 4) for y in range(SIDE)}
     wall -= {(x, 0 if x % 8 else SIDE - 1) for x in range(8, 120, 4)}
     grid, clearance = with_walls(wall)
-    wave = start_wave(lib.WAVEFRONT_TO_GOAL, (4, 64), (122, 64))
+    wave = start_wave(lib.WAVEFRONT_TO_CELL, (4, 64), (122, 64))
     assert run(wave, clearance, grid) == lib.WAVEFRONT_REACHED
     full = path_of(wave, clearance)
-    assert is_clear(clearance, full)
+    assert_good(full, clearance, (4, 64), (122, 64))
     assert len(full) > 28
     assert path_of(wave, clearance, len(full)) == full
     assert path_of(wave, clearance, len(full) - 1) == []
@@ -164,7 +202,7 @@ def test_a_way_with_more_corners_than_there_is_room_for_is_not_given() -> None:
 
 @given(st.sets(inside, max_size=120), st.sets(inside, max_size=120), inside)
 def test_a_frontier_is_a_seen_cell_beside_an_unseen_one_reached_through_seen_cells(
-    where: set[tuple[int, int]], unseen: set[tuple[int, int]], start: tuple[int, int]
+    where: set[Cell], unseen: set[Cell], start: Cell
 ) -> None:
     grid, clearance = box(where - {start})
     (cell,) = shifted({start})
@@ -177,17 +215,18 @@ def test_a_frontier_is_a_seen_cell_beside_an_unseen_one_reached_through_seen_cel
         lib.grid_set_value(grid, int(x), int(y), 3)
     wave = start_wave(lib.WAVEFRONT_TO_FRONTIER, cell)
     status = run(wave, clearance, grid)
-    steps = oracles.distances(blocked | ~known, cell)
+    count = oracles.waves(blocked | ~known, cell)
     frontier = {
         (x, y)
-        for x, y in steps
+        for x, y in count
         if not all(known[b, a] for a, b in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)))
     } - {cell}
     assert (status == lib.WAVEFRONT_REACHED) == bool(frontier)
     if frontier:
-        assert (wave.goal.ix, wave.goal.iy) in frontier
-        assert wave.waves == min(steps[c] for c in frontier)
-        assert is_clear(clearance, path_of(wave, clearance))
+        target = wave.target.ix, wave.target.iy
+        assert target in frontier
+        assert wave.waves == count[target] == min(count[c] for c in frontier)
+        assert_good(path_of(wave, clearance), clearance, cell, target)
 
 
 def test_where_all_is_seen_there_is_no_frontier() -> None:
@@ -203,8 +242,7 @@ def test_the_nearest_reached_cell_is_the_nearest(point: tuple[float, float]) -> 
     grid, clearance = with_walls(room)
     wave = start_wave(lib.WAVEFRONT_EVERYWHERE, (22, 32))
     run(wave, clearance, grid)
-    found = ffi.new("grid_cell_t *")
-    assert lib.wavefront_nearest(wave, vec2(*point), found)
+    found = lib.wavefront_nearest(wave, vec2(*point))
     distance = np.hypot(found.ix + 0.5 - point[0], found.iy + 0.5 - point[1])
     best = min(np.hypot(x + 0.5 - point[0], y + 0.5 - point[1]) for x, y in reached(wave))
     assert distance == pytest.approx(best, rel=1e-5)

@@ -7,8 +7,8 @@
 /** What a step costs of the budget, by the cycles that it takes on the chip. */
 enum {
   UNITS_OF_SAMPLE = 1,
-  UNITS_OF_WAVE = 2,
-  UNITS_OF_PULL = 4,
+  UNITS_OF_WAVE = 8,
+  UNITS_OF_PULL = 2,
   UNITS_OF_WALK = 16,
 };
 
@@ -66,7 +66,7 @@ static void reset(planner_t *planner, const planner_config_t *cfg, vec2_t start_
 
 /** A way that is known to be good. */
 static void take_path(planner_t *planner, const lattice_t *way, int count, float length_cells) {
-  memcpy(planner->path, way, (size_t)count * sizeof *way);
+  memmove(planner->path, way, (size_t)count * sizeof *way);
   planner->path_count = (uint8_t)count;
   planner->best_cells = length_cells;
   if (planner->status == PLANNER_SEARCHING) {
@@ -218,24 +218,58 @@ static void pull_on(planner_t *planner, const clearance_t *clearance) {
   planner->search.rrt.best_cells = planner->best_cells;
 }
 
+/** Make the path begin at another place: from there on with the last point in sight, if there is
+ * one.
+ */
+static void begin_path_at(planner_t *planner, const clearance_t *clearance, lattice_t start) {
+  int seen = planner->path_count - 1;
+  while (seen > 1 && !clearance_sees(clearance, start, planner->path[seen])) {
+    seen--;
+  }
+  memmove(&planner->path[1], &planner->path[seen],
+          (size_t)(planner->path_count - seen) * sizeof *planner->path);
+  planner->path_count = (uint8_t)(planner->path_count - seen + 1);
+  planner->path[0] = planner->start = start;
+}
+
+/** Pieces of the path, counted from its start, up to the first that is blocked. */
+static int pieces_in_sight(const clearance_t *clearance, const lattice_t *path, int count) {
+  int pieces = 0;
+  while (pieces + 1 < count && clearance_sees(clearance, path[pieces], path[pieces + 1])) {
+    pieces++;
+  }
+  return pieces;
+}
+
+/** The same from its end. */
+static int pieces_in_sight_of_goal(const clearance_t *clearance, const lattice_t *path, int count) {
+  int pieces = 0;
+  while (pieces + 1 < count &&
+         clearance_sees(clearance, path[count - 1 - pieces], path[count - 2 - pieces])) {
+    pieces++;
+  }
+  return pieces;
+}
+
 planner_status_t planner_repair(planner_t *planner, const clearance_t *clearance,
                                 vec2_t start_cells) {
   vec2_t goal_cells = lattice_to_cells(planner->goal);
-  lattice_t start = settled(start_cells);
-  if (!planner->grown || planner->stage != PLANNER_GROW ||
-      clearance_blocked_at(clearance, start_cells) || clearance_blocked_at(clearance, goal_cells) ||
-      !rrtstar_repair(&planner->search.rrt, clearance, start)) {
-    planner_config_t cfg = planner->cfg;
+  planner_config_t cfg = planner->cfg;
+  if (planner->status != PLANNER_FOUND || cfg.grid_only ||
+      clearance_blocked_at(clearance, start_cells) || clearance_blocked_at(clearance, goal_cells)) {
     return planner_start(planner, &cfg, clearance, start_cells, goal_cells, planner->seed);
   }
-  planner->status = PLANNER_SEARCHING;
-  planner->samples = 0u;
-  planner->best_cells = HUGE_CELLS;
-  planner->path_count = 0;
-  planner->waved = false;
-  planner->start = start;
-  if (planner->search.rrt.connected) {
-    pull_from_tree(planner, clearance);
+  begin_path_at(planner, clearance, settled(start_cells));
+  int count = planner->path_count;
+  int before = pieces_in_sight(clearance, planner->path, count);
+  int after = pieces_in_sight_of_goal(clearance, planner->path, count);
+  reset(planner, &cfg, start_cells, goal_cells, planner->seed + 1u);
+  start_tree(planner);
+  if (before == count - 1) {
+    take_path(planner, planner->path, count, lattice_length(planner->path, count));
+    grow_again(planner);
+  } else {
+    rrtstar_mend(&planner->search.rrt, planner->path, count, before, after);
   }
   return planner->status;
 }

@@ -77,8 +77,8 @@ planner_status_t planner_start(planner_t *planner, const planner_config_t *cfg,
  * that can be reached. */
 planner_status_t planner_start_frontier(planner_t *planner, const planner_config_t *cfg,
                                         const clearance_t *clearance, vec2_t start_cells);
-/** The map or the start has changed since a way was known: keep what still holds of the tree and go
- * on. Same as planner_start where nothing can be kept. */
+/** The map or the start has changed since a way was known: keep what still holds of the way and
+ * look first where it broke. Same as planner_start where no way was known. */
 planner_status_t planner_repair(planner_t *planner, const clearance_t *clearance,
                                 vec2_t start_cells);
 /** Work for up to `budget` units; a sample is one. The grid is read for frontiers alone. */

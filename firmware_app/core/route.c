@@ -10,6 +10,15 @@ static const float ROUND_CUT_CELLS = 6.0f; ///< how far from a corner the roundi
 static const float LEAST_CELLS = 1.0e-3f;
 static const float PIECE_M = 0.1f; ///< resolution of route_clear_m and route_known_m
 
+/** As the lattice holds it, so that what was seen free there is free here. */
+static vec2_t on_lattice(vec2_t cells) {
+  return lattice_to_cells(lattice_from_cells(cells));
+}
+
+static bool in_sight(const clearance_t *clearance, vec2_t a, vec2_t b) {
+  return clearance_sees(clearance, lattice_from_cells(a), lattice_from_cells(b));
+}
+
 /** Away from what the way turns round at b; nowhere if it does not turn. */
 static vec2_t outwards(vec2_t a, vec2_t b, vec2_t c) {
   vec2_t to_a = vec2_sub(a, b);
@@ -38,9 +47,8 @@ void route_stand_off(const clearance_t *clearance, vec2_t *path_cells, int count
     vec2_t direction = outwards(a, b, c);
     float off_cells = 0.5f * room_cells(clearance, b, direction);
     for (int k = 0; k < TRIES; k++) {
-      vec2_t moved = vec2_add(b, vec2_scale(direction, off_cells));
-      if (clearance_segment_free(clearance, a, moved) &&
-          clearance_segment_free(clearance, moved, c)) {
+      vec2_t moved = on_lattice(vec2_add(b, vec2_scale(direction, off_cells)));
+      if (in_sight(clearance, a, moved) && in_sight(clearance, moved, c)) {
         path_cells[i] = moved;
         break;
       }
@@ -59,12 +67,11 @@ static bool round_corner(const clearance_t *clearance, vec2_t a, vec2_t b, vec2_
   float cut = 0.5f * (length_a < length_c ? length_a : length_c);
   cut = cut < ROUND_CUT_CELLS ? cut : ROUND_CUT_CELLS;
   for (int i = 0; i < TRIES && cut > 0.1f; i++) {
-    out[0] = vec2_add(b, vec2_scale(to_a, cut / length_a));
-    out[2] = vec2_add(b, vec2_scale(to_c, cut / length_c));
+    out[0] = on_lattice(vec2_add(b, vec2_scale(to_a, cut / length_a)));
+    out[2] = on_lattice(vec2_add(b, vec2_scale(to_c, cut / length_c)));
     vec2_t chord = vec2_scale(vec2_add(out[0], out[2]), 0.5f);
-    out[1] = vec2_scale(vec2_add(b, chord), 0.5f);
-    if (clearance_segment_free(clearance, out[0], out[1]) &&
-        clearance_segment_free(clearance, out[1], out[2])) {
+    out[1] = on_lattice(vec2_scale(vec2_add(b, chord), 0.5f));
+    if (in_sight(clearance, out[0], out[1]) && in_sight(clearance, out[1], out[2])) {
       return true;
     }
     cut *= 0.5f;

@@ -5,15 +5,16 @@
 #include <math.h>
 
 enum {
-  NEAR_CELLS = 24,    ///< how far a node looks for parents and children
-  MEETINGS_MAX = 8,   ///< steps of one tree towards the new node of the other
-  DRAWS_MAX = 8,      ///< of one sample, until it is free
-  ROOM_TO_GROW = 120, ///< nodes that a repair leaves at least
-  WORST_OF = 16,      ///< nodes that are looked at for one to drop
+  NEAR_CELLS = 24,  ///< how far a node looks for parents and children
+  MEETINGS_MAX = 8, ///< steps of one tree towards the new node of the other
+  DRAWS_MAX = 8,    ///< of one sample, until it is free
+  WORST_OF = 16,    ///< nodes that are looked at for one to drop
   COORDINATE_MASK = LATTICE_MAX,
 };
 
 static const float HUGE_CELLS = 1.0e9f;
+static const float FOCUS_CELLS = 10.0f;       ///< about a break, at first
+static const float FOCUS_GROWTH_CELLS = 2.0f; ///< with every sample
 static const float LEAST_GAIN_CELLS = 1.0f / 128.0f;
 static const float PI = 3.14159265f;
 
@@ -28,6 +29,7 @@ void rrtstar_start(rrtstar_t *rrt, lattice_t start, lattice_t goal, float step_c
   rrt->start = start;
   rrt->goal = goal;
   rrt->step_cells = step_cells;
+  rrt->focus_cells = HUGE_CELLS;
   rrt->best_cells = HUGE_CELLS;
   rrt->connected = false;
   (void)tree_add(&rrt->tree, TREE_OF_GOAL, goal, TREE_NONE);
@@ -53,11 +55,24 @@ static bool is_blocked(const clearance_t *clearance, lattice_t p) {
   return clearance_blocked(clearance, p.x >> LATTICE_BITS, p.y >> LATTICE_BITS);
 }
 
+/** Uniform in the square about the focus. */
+static lattice_t draw_about_focus(rrtstar_t *rrt) {
+  float dx = (2.0f * rng_uniform(&rrt->rng) - 1.0f) * rrt->focus_cells;
+  float dy = (2.0f * rng_uniform(&rrt->rng) - 1.0f) * rrt->focus_cells;
+  return lattice_from_cells(vec2_add(lattice_to_cells(rrt->focus), (vec2_t){dx, dy}));
+}
+
 /** Uniform in the free cells; false if none was drawn in time. */
 static bool draw_free(rrtstar_t *rrt, const clearance_t *clearance, lattice_t *p) {
+  bool focused = rrt->focus_cells < (float)GRID_SIDE_CELLS;
+  rrt->focus_cells += focused ? FOCUS_GROWTH_CELLS : 0.0f;
   for (int i = 0; i < DRAWS_MAX; i++) {
-    uint32_t bits = rng_next(&rrt->rng);
-    *p = (lattice_t){(int16_t)(bits & COORDINATE_MASK), (int16_t)(bits >> 16 & COORDINATE_MASK)};
+    if (focused) {
+      *p = draw_about_focus(rrt);
+    } else {
+      uint32_t bits = rng_next(&rrt->rng);
+      *p = (lattice_t){(int16_t)(bits & COORDINATE_MASK), (int16_t)(bits >> 16 & COORDINATE_MASK)};
+    }
     if (!is_blocked(clearance, *p)) {
       return true;
     }
@@ -121,7 +136,8 @@ static bool connect(rrtstar_t *rrt, const clearance_t *clearance) {
 
 /** Uniform in the ellipse of all points through which a way could be shorter than the best one
  * (Gammell 2014, algorithm 2); false if that lies outside the grid or is blocked. */
-static bool draw_informed(rrtstar_t *rrt, const clearance_t *clearance, lattice_t *p) {
+__attribute__((noinline)) static bool draw_informed(rrtstar_t *rrt, const clearance_t *clearance,
+                                                    lattice_t *p) {
   vec2_t start = lattice_to_cells(rrt->start);
   vec2_t goal = lattice_to_cells(rrt->goal);
   vec2_t axis = vec2_sub(goal, start);
@@ -295,45 +311,17 @@ void rrtstar_restart_from(rrtstar_t *rrt, const lattice_t *way, int count) {
   rrt->connected = true;
 }
 
-/** Leave room to grow: of a pool that is nearly full, every other leaf goes. */
-static void thin_out(rrtstar_t *rrt) {
-  bool drop = false;
-  for (int i = 0; i < rrt->tree.count && rrt->tree.count > TREE_NODES - ROOM_TO_GROW; i++) {
-    if (droppable(rrt, i, TREE_NONE)) {
-      drop = !drop;
-      if (drop) {
-        tree_drop(&rrt->tree, i);
-      }
-    }
+void rrtstar_mend(rrtstar_t *rrt, const lattice_t *way, int count, int before, int after) {
+  int near = rrt->start_node;
+  for (int k = 1; k <= before; k++) {
+    near = tree_add(&rrt->tree, TREE_OF_START, way[k], near);
   }
-}
-
-/** Cut every edge that a change of the map has blocked. */
-static void cut_blocked(rrtstar_t *rrt, const clearance_t *clearance) {
-  for (int i = 0; i < rrt->tree.count; i++) {
-    const tree_node_t *node = node_of(rrt, i);
-    if (node->cost_cells >= 0.0f && node->parent != TREE_NONE &&
-        !clearance_sees(clearance, node->at, node_of(rrt, node->parent)->at)) {
-      tree_cut(&rrt->tree, i);
-    }
+  int far = 0;
+  for (int k = 1; k <= after; k++) {
+    far = tree_add(&rrt->tree, TREE_OF_GOAL, way[count - 1 - k], far);
   }
-}
-
-bool rrtstar_repair(rrtstar_t *rrt, const clearance_t *clearance, lattice_t start) {
-  if (!rrt->connected) {
-    return false;
-  }
-  thin_out(rrt);
-  if (!lattice_equal(start, rrt->start)) {
-    int node = tree_add(&rrt->tree, TREE_OF_GOAL, start, rrt->start_node);
-    if (node == TREE_NONE) {
-      return false;
-    }
-    rrt->start_node = (int16_t)node;
-    rrt->start = start;
-  }
-  rrt->best_cells = HUGE_CELLS;
-  cut_blocked(rrt, clearance);
-  rrt->connected = tree_split(&rrt->tree, rrt->start_node) == TREE_OF_GOAL;
-  return true;
+  lattice_t a = node_of(rrt, near)->at;
+  lattice_t b = node_of(rrt, far)->at;
+  rrt->focus = (lattice_t){(int16_t)((a.x + b.x) / 2), (int16_t)((a.y + b.y) / 2)};
+  rrt->focus_cells = FOCUS_CELLS;
 }

@@ -6,9 +6,10 @@
  * radius in place of the shrinking one of eq. (11): the pool bounds the neighbours), sampling the
  * ellipse that a shorter way must lie in (Gammell et al., Informed RRT*, IROS 2014). When the pool
  * is full a childless node off the way goes for each new one: first those that no shorter way can
- * use, then the worst of a few (Adiyatov and Varol, RRT*FN, ICMA 2013). One root at the goal lets a
- * tree outlive a change of the map or of the start (rrtstar_repair; Adiyatov and Varol, RRT*FND,
- * 2017). The result depends on seed and number of samples alone. */
+ * use, then the worst of a few (Adiyatov and Varol, RRT*FN, ICMA 2013). Where a way has broken,
+ * what is left of it on both sides grows together again, first near the break (rrtstar_mend; after
+ * their RRT*FND, 2017, which keeps the whole tree: here a search anew is done before a whole tree
+ * is checked). The result depends on seed and number of samples alone. */
 #ifndef RRTSTAR_H
 #define RRTSTAR_H
 
@@ -27,8 +28,10 @@ typedef struct {
   lattice_t goal;
   int16_t start_node;
   bool connected;
-  float step_cells; ///< longest new edge until there is a way
-  float best_cells; ///< length of the best way known, here or to the caller; huge without one
+  float step_cells;  ///< longest new edge until there is a way
+  lattice_t focus;   ///< until there is a way samples come from about here,
+  float focus_cells; ///< within this, which grows
+  float best_cells;  ///< length of the best way known, here or to the caller; huge without one
 } rrtstar_t;
 
 /** Start and goal must be free and keep away from blocked cells (clearance_settle). */
@@ -45,10 +48,8 @@ int rrtstar_way(const rrtstar_t *rrt, const clearance_t *clearance, lattice_t *w
 void rrtstar_graft(rrtstar_t *rrt, const lattice_t *way, int count);
 /** Forget all but a way from start to goal. */
 void rrtstar_restart_from(rrtstar_t *rrt, const lattice_t *way, int count);
-/** After a change of the map or of the start: cut what is no longer in sight of its parent. What
- * hangs on the old start is turned round to grow from the new one, so that the two sides meet
- * again.
- * @return false if there is nothing to repair, and the search must begin anew */
-bool rrtstar_repair(rrtstar_t *rrt, const clearance_t *clearance, lattice_t start);
+/** After rrtstar_start: let both sides begin with what is left of a broken way, `before` pieces
+ * from the start on and `after` up to the goal, and look between them first. */
+void rrtstar_mend(rrtstar_t *rrt, const lattice_t *way, int count, int before, int after);
 
 #endif

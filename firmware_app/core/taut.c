@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#pragma GCC optimize("fp-contract=off")
+#pragma GCC optimize("O3", "fp-contract=off")
 #include "taut.h"
 
 #include <string.h>
@@ -151,7 +151,7 @@ static int32_t min3(int32_t a, int32_t b, int32_t c) {
   return least < c ? least : c;
 }
 
-static bool find_hull(hull_t *hull, const clearance_t *clearance) {
+__attribute__((noinline)) static bool find_hull(hull_t *hull, const clearance_t *clearance) {
   int32_t low = min3(hull->a.y, hull->b.y, hull->c.y);
   int32_t high = -min3(-hull->a.y, -hull->b.y, -hull->c.y);
   int first = (low - CLEARANCE_CORNER_STEPS + LATTICE_PER_CELL - 1) >> LATTICE_BITS;

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#pragma GCC optimize("fp-contract=off")
+#pragma GCC optimize("O3", "fp-contract=off")
 #include "tree.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { BUCKET_BITS = 15 - 3 /* 8 buckets over the 15 bits of a coordinate */ };
-
-enum { UNSORTED = TREE_NONE - 1 /* next of a node that is in no bucket yet */ };
 
 static const float DROPPED = -1.0f;
 static const float CELLS_PER_STEP = 1.0f / LATTICE_PER_CELL;
@@ -72,13 +70,6 @@ int tree_add(tree_t *tree, tree_side_t side, lattice_t at, int parent) {
   return i;
 }
 
-/** Put a node that hangs on nothing into the list of dropped ones. */
-static void free_node(tree_t *tree, int node) {
-  tree->nodes[node].cost_cells = DROPPED;
-  tree->nodes[node].next = tree->dropped;
-  tree->dropped = (int16_t)node;
-}
-
 void tree_drop(tree_t *tree, int node) {
   int16_t *link = &tree->buckets[TREE_OF_GOAL][bucket_of(tree->nodes[node].at)];
   while (*link != node) {
@@ -86,7 +77,9 @@ void tree_drop(tree_t *tree, int node) {
   }
   *link = tree->nodes[node].next;
   unlink_child(tree, node);
-  free_node(tree, node);
+  tree->nodes[node].cost_cells = DROPPED;
+  tree->nodes[node].next = tree->dropped;
+  tree->dropped = (int16_t)node;
 }
 
 /** The node after i in a walk through everything below root; TREE_NONE at its end. */
@@ -103,13 +96,8 @@ static int next_below(const tree_t *tree, int root, int i) {
 /** Costs of a node and of all below it from that of its parent. */
 static void update_costs(tree_t *tree, int top) {
   for (int i = top; i != TREE_NONE; i = next_below(tree, top, i)) {
-    int parent = tree->nodes[i].parent;
-    tree->nodes[i].cost_cells = 0.0f;
-    if (parent != TREE_NONE) {
-      const tree_node_t *above = &tree->nodes[parent];
-      float edge_cells = lattice_distance(tree->nodes[i].at, above->at);
-      tree->nodes[i].cost_cells = above->cost_cells + edge_cells;
-    }
+    const tree_node_t *above = &tree->nodes[tree->nodes[i].parent];
+    tree->nodes[i].cost_cells = above->cost_cells + lattice_distance(tree->nodes[i].at, above->at);
   }
 }
 
@@ -119,26 +107,18 @@ void tree_move(tree_t *tree, int node, int parent) {
   update_costs(tree, node);
 }
 
-/** Hang a node on another parent (TREE_NONE: make it a root), and what was above it below it. */
-static void turn_round(tree_t *tree, int node, int parent) {
-  int above = parent;
-  int i = node;
+void tree_join(tree_t *tree, int to, int from_start) {
+  int above = to;
+  int i = from_start;
   while (i != TREE_NONE) {
-    int next = tree->nodes[i].parent;
-    if (next != TREE_NONE) {
+    int parent = tree->nodes[i].parent;
+    if (parent != TREE_NONE) {
       unlink_child(tree, i);
     }
-    tree->nodes[i].parent = TREE_NONE;
-    if (above != TREE_NONE) {
-      link_child(tree, i, above);
-    }
+    link_child(tree, i, above);
     above = i;
-    i = next;
+    i = parent;
   }
-}
-
-void tree_join(tree_t *tree, int to, int from_start) {
-  turn_round(tree, from_start, to);
   for (int b = 0; b < TREE_BUCKETS; b++) {
     int16_t *link = &tree->buckets[TREE_OF_GOAL][b];
     while (*link != TREE_NONE) {
@@ -148,45 +128,6 @@ void tree_join(tree_t *tree, int to, int from_start) {
     tree->buckets[TREE_OF_START][b] = TREE_NONE;
   }
   update_costs(tree, from_start);
-}
-
-void tree_cut(tree_t *tree, int node) {
-  unlink_child(tree, node);
-  tree->nodes[node].parent = TREE_NONE;
-}
-
-/** Put a root and all below it into the buckets of a side. */
-static void sort_into(tree_t *tree, tree_side_t side, int root) {
-  for (int i = root; i != TREE_NONE; i = next_below(tree, root, i)) {
-    int16_t *bucket = &tree->buckets[side][bucket_of(tree->nodes[i].at)];
-    tree->nodes[i].next = *bucket;
-    *bucket = (int16_t)i;
-  }
-}
-
-tree_side_t tree_split(tree_t *tree, int start) {
-  int top = start;
-  while (tree->nodes[top].parent != TREE_NONE) {
-    top = tree->nodes[top].parent;
-  }
-  memset(tree->buckets, 0xFF, sizeof tree->buckets);
-  for (int i = 0; i < tree->count; i++) {
-    if (tree->nodes[i].cost_cells >= 0.0f) {
-      tree->nodes[i].next = UNSORTED;
-    }
-  }
-  sort_into(tree, TREE_OF_GOAL, 0);
-  if (top != 0) {
-    turn_round(tree, start, TREE_NONE);
-    update_costs(tree, start);
-    sort_into(tree, TREE_OF_START, start);
-  }
-  for (int i = 0; i < tree->count; i++) {
-    if (tree->nodes[i].cost_cells >= 0.0f && tree->nodes[i].next == UNSORTED) {
-      free_node(tree, i);
-    }
-  }
-  return top == 0 ? TREE_OF_GOAL : TREE_OF_START;
 }
 
 typedef struct {

@@ -55,12 +55,6 @@ void tree_move(tree_t *tree, int node, int parent);
 /** Turn the start's tree round so that it hangs by `from_start` on `to`, a node of the goal's side.
  */
 void tree_join(tree_t *tree, int to, int from_start);
-/** Take a node, with all below it, off its parent; tree_split() is due. */
-void tree_cut(tree_t *tree, int node);
-/** Sort what was cut: what hangs on node 0 is the goal's side; what hangs together with `start`
- * else is turned round to hang on it, and is the start's side; the rest is dropped. @return the
- * side of `start` */
-tree_side_t tree_split(tree_t *tree, int start);
 /** Nearest node of a side, which must not be empty. */
 int tree_nearest(const tree_t *tree, tree_side_t side, lattice_t at);
 /** Nodes of the goal's side within radius_cells. */

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#pragma GCC optimize("fp-contract=off")
+#pragma GCC optimize("O3", "fp-contract=off")
 #include "wavefront.h"
 
 #include <string.h>
@@ -8,7 +8,7 @@ enum {
   LABELS = 3,
   NEIGHBOURS = 8,
   STRAIGHT = 4, ///< of the neighbours; the others are diagonal
-  LEG_MAX = 32, ///< steps between two points of a way: bounds the work of looking along it
+  LEG_MAX = 16, ///< steps between two points of a way: bounds the work of looking along it
 };
 
 static uint32_t label_of(uint32_t wave) {
@@ -86,16 +86,19 @@ static uint32_t sideways(const uint32_t bits[GRID_BIT_WORDS], int i) {
   return from_left | from_right;
 }
 
-/** Cells of `here` to which a wave steps diagonally from another row, past two open cells. */
-static void step_diagonally(const wave_row_t *from, const wave_row_t *here,
-                            uint32_t reached[GRID_BIT_WORDS]) {
-  uint32_t passing[GRID_BIT_WORDS];
-  for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    passing[i] = from->front[i] & here->open[i];
-  }
-  for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    reached[i] |= sideways(passing, i) & from->open[i];
-  }
+/** Cells of word i of `here` to which a wave steps diagonally from another row, past open cells. */
+static uint32_t diagonal(const wave_row_t *from, const wave_row_t *here, int i) {
+  uint32_t left = i > 0 ? from->front[i - 1] & here->open[i - 1] : 0u;
+  uint32_t right = i + 1 < GRID_BIT_WORDS ? from->front[i + 1] & here->open[i + 1] : 0u;
+  uint32_t passing = from->front[i] & here->open[i];
+  return (passing << 1 | left >> 31 | passing >> 1 | right << 31) & from->open[i];
+}
+
+/** True if the last wave reached a cell in or beside word i of three rows. */
+static bool near_front(const uint32_t front[GRID_BIT_WORDS], int i) {
+  uint32_t left = i > 0 ? front[i - 1] >> 31 : 0u;
+  uint32_t right = i + 1 < GRID_BIT_WORDS ? front[i + 1] << 31 : 0u;
+  return (front[i] | left | right) != 0u;
 }
 
 /** Cells of the row never observed; outside the grid there is nothing to observe. */
@@ -155,20 +158,27 @@ static void label_row(wavefront_t *wave, const grid_t *grid, int iy,
 }
 
 /** Spread the wave into row iy. @return true if it reached anything there */
-static bool spread_into(wavefront_t *wave, const grid_t *grid, int iy, const wave_row_t *below,
-                        const wave_row_t *here, const wave_row_t *above) {
+__attribute__((noinline)) static bool spread_into(wavefront_t *wave, const grid_t *grid, int iy,
+                                                  const wave_row_t *below, const wave_row_t *here,
+                                                  const wave_row_t *above) {
+  uint32_t fronts[GRID_BIT_WORDS];
   uint32_t reached[GRID_BIT_WORDS];
-  for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    reached[i] = above->front[i] | below->front[i] | sideways(here->front, i);
-  }
-  if (is_diagonal(wave->waves + 1u)) {
-    step_diagonally(above, here, reached);
-    step_diagonally(below, here, reached);
-  }
   uint32_t any = 0u;
+  bool diagonally = is_diagonal(wave->waves + 1u);
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    fronts[i] = above->front[i] | below->front[i] | here->front[i];
+  }
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
     int word = iy * GRID_BIT_WORDS + i;
-    reached[i] &= here->open[i] & ~(wave->low[word] | wave->high[word]);
+    reached[i] = 0u;
+    if (!near_front(fronts, i)) {
+      continue;
+    }
+    uint32_t next = above->front[i] | below->front[i] | sideways(here->front, i);
+    if (diagonally) {
+      next |= diagonal(above, here, i) | diagonal(below, here, i);
+    }
+    reached[i] = next & here->open[i] & ~(wave->low[word] | wave->high[word]);
     any |= reached[i];
   }
   if (any != 0u) {

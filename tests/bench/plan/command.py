@@ -76,7 +76,8 @@ def run_plan(options: Options, out: Console) -> bool:
     session = Session(families, options.opponents, options.seed, options.seeds, options.reuse)
     results = session.run(out)
     homes = [problem for family in HOMES for problem in families[family]]
-    found = take_figures(options, results, chip_figures(homes, seed=1))
+    taken = take_figures(options, results, chip_figures(homes, seed=1))
+    found = {name: figures.finite(value) for name, value in taken.items()}
     checks = figures.checks(found)
     print_tables(results, checks, out)
     if options.json_file:

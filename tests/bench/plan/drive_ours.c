@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /* The project's own planner under the bench's clock.
  *   drive_ours plan|prove|repair|anew PROBLEMS SEED BUDGET_MS SAMPLES | drive_ours sizes
- * plan: SAMPLES samples, then on until within 1.02 or out of time. prove: time until it knows that
+ * plan: the best way within SAMPLES samples, and on until within 1.02 and content, or out of
+ * time. prove: time until it knows that
  * there is no way. repair, anew: problems come in pairs, before and after something closed; what
  * counts is the way after it. */
 #include <math.h>
@@ -12,7 +13,7 @@
 #include "ours.h"
 
 enum {
-  SLICE_BEFORE = 1, ///< samples between two looks, until the first way
+  SLICE_BEFORE = 1, ///< units of work between two looks, until the first way
   SLICE_AFTER = 4,
   CLOCK_EVERY = 256, ///< slices
   CLAIMS = 512,
@@ -109,26 +110,32 @@ static void look(drive_run_t *run) {
   }
 }
 
-/** Up to so many samples in all, or until the way is good enough. */
-static void search(drive_run_t *run, long samples, double budget_s, double good_cost) {
+static bool done(const drive_run_t *run) {
+  return isfinite(run->within_102_s) && isfinite(run->enough_s);
+}
+
+/** On until it is done, if there is time; and the best way within the samples. */
+static void search(drive_run_t *run, const terms_t *terms) {
   bool going = true;
-  for (long slices = 0; going && run->samples < samples && run->cost > good_cost; slices++) {
-    int slice = isfinite(run->cost) ? SLICE_AFTER : SLICE_BEFORE;
-    going = ours_search(slice);
-    run->samples += slice;
+  bool taken = false;
+  for (long slices = 0; going && !(taken && done(run)); slices++) {
+    going = ours_search(isfinite(run->cost) ? SLICE_AFTER : SLICE_BEFORE);
+    run->samples = ours_samples();
     look(run);
-    if (slices % CLOCK_EVERY == 0 && drive_time_s(run) > budget_s) {
+    if (!taken && (run->samples >= terms->samples || !going)) {
+      double paused_s = drive_pause(run);
+      take_route(run);
+      drive_resume(run, paused_s);
+      taken = true;
+    }
+    if (slices % CLOCK_EVERY == 0 && drive_time_s(run) > terms->budget_s) {
       return;
     }
   }
 }
 
-static void plan(drive_run_t *run, const drive_problem_t *problem, const terms_t *terms) {
-  search(run, terms->samples, terms->budget_s, 0.0);
-  double paused_s = drive_pause(run);
-  take_route(run);
-  drive_resume(run, paused_s);
-  search(run, INT32_MAX, terms->budget_s, 1.02 * problem->optimum);
+static void plan(drive_run_t *run, const terms_t *terms) {
+  search(run, terms);
   run->end_s = drive_time_s(run);
   run->nodes_end = ours_nodes();
   ours_sizes_t sizes = ours_sizes();
@@ -144,7 +151,7 @@ static void plan_anew(drive_run_t *run, const drive_problem_t *problem, const te
   drive_begin(run, problem);
   ours_start(to_vec2(problem->start), to_vec2(problem->goal), terms->seed);
   look(run);
-  plan(run, problem, terms);
+  plan(run, terms);
 }
 
 /** The plan of the problem before stands when the change comes. */
@@ -157,7 +164,7 @@ static void repair(drive_run_t *run, const drive_problem_t *after, const terms_t
   drive_begin(run, after);
   ours_repair();
   look(run);
-  plan(run, after, terms);
+  plan(run, terms);
 }
 
 /** end_s: when it was known that there is no way; cost 0: a way was claimed. */

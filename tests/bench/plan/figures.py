@@ -182,6 +182,11 @@ def bounds(intervals: Mapping[str, Interval]) -> Figures:
     return figures
 
 
+def finite(value: object) -> object:
+    """None for what was never reached: JSON knows no infinity."""
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
 def checks(figures: Mapping[str, object]) -> Sequence[Check]:
     """Of those figures that were taken."""
     return [

@@ -53,9 +53,13 @@ void ours_start(vec2_t start_cells, vec2_t goal_cells, uint32_t seed) {
   planner_start(&planner, &cfg, &clearance, start_cells, goal_cells, seed);
 }
 
-bool ours_search(int samples) {
-  planner_extend(&planner, &clearance, &grid, samples);
+bool ours_search(int units) {
+  planner_extend(&planner, &clearance, &grid, units);
   return planner.stage != PLANNER_END;
+}
+
+long ours_samples(void) {
+  return (long)planner.samples;
 }
 
 void ours_repair(void) {

@@ -24,8 +24,10 @@ bool ours_set_blocked(const uint32_t bits[OURS_WORDS]);
 bool ours_change_blocked(const uint32_t bits[OURS_WORDS]);
 
 void ours_start(vec2_t start_cells, vec2_t goal_cells, uint32_t seed);
-/** Go on for so many samples. @return false when the planner has ended */
-bool ours_search(int samples);
+/** Go on for so many units of work; a sample is one. @return false when the planner has ended */
+bool ours_search(int units);
+/** Drawn since the start. */
+long ours_samples(void);
 /** After ours_change_blocked: keep of the plan what still holds. Then go on with ours_search. */
 void ours_repair(void);
 

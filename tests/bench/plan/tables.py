@@ -51,6 +51,10 @@ def planners_table(results: Results) -> Table:
     return table
 
 
+def _short(ratio: float) -> str:
+    return f"{ratio:.2f}" if ratio < 10 else f"{ratio:.1f}" if ratio < 100 else f"{ratio:.0f}"
+
+
 def speedups_table(results: Results, name: str, title: str) -> Table:
     """Geometric means by family, and over all with the interval."""
     families = list(results.plans[OURS])
@@ -63,7 +67,8 @@ def speedups_table(results: Results, name: str, title: str) -> Table:
             continue
         whole = speedup(results, other, name, geometric_ratio)
         parts = [speedup(results, other, name, geometric_ratio, family) for family in families]
-        table.add_row(other, *(f"{ratio.value:.2f} ({ratio.low:.2f})" for ratio in (whole, *parts)))
+        ratios = [(ratio.value, ratio.low) for ratio in (whole, *parts)]
+        table.add_row(other, *(f"{_short(value)} ({_short(low)})" for value, low in ratios))
     return table
 
 
@@ -81,4 +86,5 @@ def print_tables(results: Results, checks: Sequence[Check], out: Console) -> Non
             out.print(speedups_table(results, name, title))
     for check in checks:
         verdict = "ok  " if check.ok else "FAIL"
-        out.print(f"{verdict} {check.name} {check.value:.4g} {check.sense} {check.limit:.4g}")
+        value = "not reached" if check.value is None else f"{check.value:.4g}"
+        out.print(f"{verdict} {check.name} {value} {check.sense} {check.limit:.4g}")

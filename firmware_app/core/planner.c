@@ -2,6 +2,7 @@
 #pragma GCC optimize("fp-contract=off")
 #include "planner.h"
 
+#include <math.h>
 #include <string.h>
 
 /** What a step costs of the budget, by the cycles that it takes on the chip. */
@@ -19,7 +20,7 @@ static const float STRAIGHT_ENOUGH =
 planner_config_t planner_config_default(void) {
   return (planner_config_t){
       .step_cells = 20.0f,
-      .connect_samples = 200,
+      .connect_samples = 500,
       .wave_samples = 60,
       .least_samples = 120,
       .stop_ratio = 2.0f,
@@ -45,6 +46,25 @@ static void start_wave(planner_t *planner, wavefront_kind_t kind) {
   planner->grown = false;
   planner->stage = PLANNER_WAVE;
   wavefront_start(&planner->search.wave, kind, cell_of(planner->start), cell_of(planner->goal));
+}
+
+/** Keep the wave where a shorter way than the best could be: in the box about its ellipse. */
+__attribute__((noinline)) static void limit_wave(planner_t *planner) {
+  vec2_t start = lattice_to_cells(planner->start);
+  vec2_t goal = lattice_to_cells(planner->goal);
+  vec2_t focal = vec2_scale(vec2_sub(goal, start), 0.5f);
+  float major = 0.25f * planner->best_cells * planner->best_cells;
+  float minor = major - vec2_dot(focal, focal);
+  float share = vec2_dot(focal, focal) > 0.0f ? 1.0f / vec2_dot(focal, focal) : 0.0f;
+  float along_x = focal.x * focal.x * share;
+  float along_y = focal.y * focal.y * share;
+  vec2_t half = {sqrtf(major * along_x + minor * along_y),
+                 sqrtf(major * along_y + minor * along_x)};
+  vec2_t middle = vec2_scale(vec2_add(start, goal), 0.5f);
+  vec2_t low = vec2_sub(middle, half);
+  vec2_t high = vec2_add(middle, half);
+  wavefront_limit(&planner->search.wave, (grid_cell_t){(int)low.x - 1, (int)low.y - 1},
+                  (grid_cell_t){(int)high.x + 1, (int)high.y + 1});
 }
 
 static void reset(planner_t *planner, const planner_config_t *cfg, vec2_t start_cells,
@@ -152,6 +172,7 @@ static void sample(planner_t *planner, const clearance_t *clearance) {
     planner->waved = true;
     if (planner->best_cells > STRAIGHT_ENOUGH * lattice_distance(planner->start, planner->goal)) {
       start_wave(planner, WAVEFRONT_TO_CELL);
+      limit_wave(planner);
     }
   } else {
     planner->samples++;

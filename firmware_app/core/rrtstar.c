@@ -8,7 +8,7 @@ enum {
   NEAR_CELLS = 24,  ///< how far a node looks for parents and children
   MEETINGS_MAX = 8, ///< steps of one tree towards the new node of the other
   DRAWS_MAX = 8,    ///< of one sample, until it is free
-  WORST_OF = 16,    ///< nodes that are looked at for one to drop
+  WORST_OF = 24,    ///< nodes that are looked at for one to drop
   COORDINATE_MASK = LATTICE_MAX,
 };
 
@@ -168,21 +168,16 @@ static bool droppable(const rrtstar_t *rrt, int i, int kept) {
          i != rrt->start_node && i != kept;
 }
 
-/** Make room: drop every leaf without hope, or else the worst of a few. */
+/** Make room: of a few leaves the one goes through which a way is longest, and be it too long to
+ * count. */
 static void make_room(rrtstar_t *rrt, int kept) {
-  bool any = false;
-  for (int i = 0; i < rrt->tree.count; i++) {
-    if (droppable(rrt, i, kept) && hope_cells(rrt, i) >= rrt->best_cells) {
-      tree_drop(&rrt->tree, i);
-      any = true;
-    }
-  }
   int worst = TREE_NONE;
+  float longest_cells = 0.0f;
   uint32_t at = rng_next(&rrt->rng);
-  for (int k = 0; k < rrt->tree.count && !any && (k < WORST_OF || worst == TREE_NONE); k++) {
+  for (int k = 0; k < rrt->tree.count && (k < WORST_OF || worst == TREE_NONE); k++) {
     int i = (int)((at + (uint32_t)k) % (uint32_t)rrt->tree.count);
-    if (droppable(rrt, i, kept) &&
-        (worst == TREE_NONE || hope_cells(rrt, i) > hope_cells(rrt, worst))) {
+    if (droppable(rrt, i, kept) && hope_cells(rrt, i) > longest_cells) {
+      longest_cells = hope_cells(rrt, i);
       worst = i;
     }
   }

@@ -5,11 +5,11 @@
  * Sampling-based Algorithms for Optimal Motion Planning, IJRR 2011, algorithm 6, with a fixed
  * radius in place of the shrinking one of eq. (11): the pool bounds the neighbours), sampling the
  * ellipse that a shorter way must lie in (Gammell et al., Informed RRT*, IROS 2014). When the pool
- * is full a childless node off the way goes for each new one: first those that no shorter way can
- * use, then the worst of a few (Adiyatov and Varol, RRT*FN, ICMA 2013). Where a way has broken,
- * what is left of it on both sides grows together again, first near the break (rrtstar_mend; after
- * their RRT*FND, 2017, which keeps the whole tree: here a search anew is done before a whole tree
- * is checked). The result depends on seed and number of samples alone. */
+ * is full a childless node off the way goes for each new one, the worst of a few (Adiyatov and
+ * Varol, RRT*FN, ICMA 2013). Where a way has broken, what is left of it on both sides grows
+ * together again, first near the break (rrtstar_mend; after their RRT*FND, 2017, which keeps the
+ * whole tree: here a search anew is done before a whole tree is checked). The result depends on
+ * seed and number of samples alone. */
 #ifndef RRTSTAR_H
 #define RRTSTAR_H
 

@@ -41,6 +41,8 @@ bool wavefront_reached(const wavefront_t *wave, int ix, int iy) {
 void wavefront_start(wavefront_t *wave, wavefront_kind_t kind, grid_cell_t root,
                      grid_cell_t target) {
   memset(wave, 0, sizeof *wave);
+  memset(wave->columns, 0xFF, sizeof wave->columns);
+  wave->last_row = GRID_SIDE_CELLS - 1;
   wave->kind = kind;
   wave->root = root;
   wave->target = target;
@@ -52,20 +54,34 @@ void wavefront_start(wavefront_t *wave, wavefront_kind_t kind, grid_cell_t root,
   }
 }
 
+/** The lowest `count` bits of a word, count of any size. */
+static uint32_t low_bits(int count) {
+  return count <= 0 ? 0u : count >= 32 ? ~0u : (1u << count) - 1u;
+}
+
+void wavefront_limit(wavefront_t *wave, grid_cell_t low, grid_cell_t high) {
+  wave->first_row = (int16_t)(low.iy > 0 ? low.iy : 0);
+  wave->last_row = (int16_t)(high.iy < GRID_SIDE_CELLS ? high.iy : GRID_SIDE_CELLS - 1);
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    wave->columns[i] = low_bits(high.ix + 1 - i * 32) & ~low_bits(low.ix - i * 32);
+  }
+}
+
 /** Cells of a row that the last wave reached, and those that a way may go through. */
 typedef struct {
   uint32_t front[GRID_BIT_WORDS];
   uint32_t open[GRID_BIT_WORDS];
 } wave_row_t;
 
-/** A row outside the grid has nothing. */
+/** A row outside the limits has nothing. */
 static void read_row(const wavefront_t *wave, const clearance_t *clearance, const grid_t *grid,
                      int iy, wave_row_t *row) {
   memset(row, 0, sizeof *row);
-  if (iy < 0 || iy >= GRID_SIDE_CELLS) {
+  if (iy < wave->first_row || iy > wave->last_row) {
     return;
   }
-  uint32_t known[GRID_BIT_WORDS] = {~0u, ~0u, ~0u, ~0u};
+  uint32_t known[GRID_BIT_WORDS];
+  memcpy(known, wave->columns, sizeof known);
   if (wave->kind == WAVEFRONT_TO_FRONTIER) {
     grid_known_row(grid, iy, known);
   }

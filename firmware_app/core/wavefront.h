@@ -36,7 +36,9 @@ typedef struct {
   uint32_t low[GRID_SIDE_CELLS * GRID_BIT_WORDS]; ///< label = low + 2 high; 0 not reached, else
                                                   ///< wave % 3 + 1
   uint32_t high[GRID_SIDE_CELLS * GRID_BIT_WORDS];
-  uint32_t rows[GRID_BIT_WORDS]; ///< rows in which the last wave reached a cell
+  uint32_t rows[GRID_BIT_WORDS];    ///< rows in which the last wave reached a cell
+  uint32_t columns[GRID_BIT_WORDS]; ///< that the wave may enter
+  int16_t first_row, last_row;      ///< likewise
   wavefront_kind_t kind;
   grid_cell_t root;
   grid_cell_t target; ///< the cell met, once reached
@@ -48,6 +50,8 @@ typedef struct {
  *  (clearance_nearest_free). The target counts for WAVEFRONT_TO_CELL alone. */
 void wavefront_start(wavefront_t *wave, wavefront_kind_t kind, grid_cell_t root,
                      grid_cell_t target);
+/** Keep the wave in these cells, both included; root and target must be among them. */
+void wavefront_limit(wavefront_t *wave, grid_cell_t low, grid_cell_t high);
 /** Advance up to max_waves. The grid is read for WAVEFRONT_TO_FRONTIER alone. */
 wavefront_status_t wavefront_extend(wavefront_t *wave, const clearance_t *clearance,
                                     const grid_t *grid, int max_waves);

@@ -95,6 +95,27 @@ static void take_path(planner_t *planner, const lattice_t *way, int count, float
   }
 }
 
+static int bits_in(uint32_t word) {
+  int count = 0;
+  for (; word != 0u; word &= word - 1u) {
+    count++;
+  }
+  return count;
+}
+
+/** Shorter steps and more samples where much is blocked, more samples where the goal is far. */
+static void adapt(planner_t *planner, const clearance_t *clearance) {
+  int blocked = 0;
+  for (int i = 0; i < GRID_SIDE_CELLS * GRID_BIT_WORDS; i++) {
+    blocked += bits_in(clearance->bits[i]);
+  }
+  float blocked_share = (float)blocked / (float)GRID_CELLS;
+  float far = lattice_distance(planner->start, planner->goal) / (float)GRID_SIDE_CELLS;
+  planner->cfg.step_cells *= 1.5f - blocked_share;
+  planner->cfg.connect_samples =
+      (uint16_t)((float)planner->cfg.connect_samples * (0.5f + blocked_share) * (0.5f + far));
+}
+
 static void start_tree(planner_t *planner) {
   planner->stage = PLANNER_GROW;
   planner->grown = true;
@@ -116,6 +137,9 @@ planner_status_t planner_start(planner_t *planner, const planner_config_t *cfg,
   } else if (cfg->grid_only) {
     start_wave(planner, WAVEFRONT_TO_CELL);
   } else {
+    if (cfg->adaptive) {
+      adapt(planner, clearance);
+    }
     start_tree(planner);
   }
   return planner->status;

@@ -36,6 +36,7 @@ typedef struct {
   uint16_t wave_samples;    ///< after the first way, until the wave is asked for a shorter one
   uint16_t least_samples;   ///< after the first way, before it is called enough
   float stop_ratio;         ///< enough are this many times the samples that the first way took
+  bool adaptive;            ///< let step and connect_samples follow obstacles and distance
   bool grid_only;           ///< ask the wave alone, at once, and be content with its way
 } planner_config_t;
 

@@ -115,8 +115,10 @@ static bool add_corners(hull_t *hull, const clearance_t *clearance, int iy, int 
       kind++;
     }
     lattice_t p = clearance_past_corner(word * 32 + i, iy, (clearance_corner_t)kind);
-    bool end = lattice_equal(p, hull->a) || lattice_equal(p, hull->c);
-    if (!end && inside(hull, p) && !add_corner(hull, p)) {
+    // Of a corner at b itself the obstacle may lie on the other side: sight tells whether b stays.
+    bool known =
+        lattice_equal(p, hull->a) || lattice_equal(p, hull->b) || lattice_equal(p, hull->c);
+    if (!known && inside(hull, p) && !add_corner(hull, p)) {
       return false;
     }
   }

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The drone's planner alone: a grid in, the shortest way out.
+
+    from ground.plan import plan
+    way = plan(blocked, start=(10.5, 20.5), goal=(90.5, 40.5))
+    print(way.status.name, way.length, way.points)
+
+It is the same C code that plans on board (firmware_app/core/planner.h), with the same fixed memory,
+and decides as it does there, bit for bit. Coordinates are cells: cell (ix, iy) covers
+[ix, ix + 1) x [iy, iy + 1), and x is the second index of an array.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ground.core import GRID_SIDE_CELLS, CData, ffi, lib
+
+Point = tuple[float, float]
+
+_CELL_M = 0.05
+_BEYOND_M = 1000.0
+
+
+class Status(IntEnum):
+    """How a search stands."""
+
+    SEARCHING = lib.PLANNER_SEARCHING
+    FOUND = lib.PLANNER_FOUND
+    NO_WAY = lib.PLANNER_NO_WAY
+    TOO_WINDING = lib.PLANNER_TOO_WINDING
+    START_BLOCKED = lib.PLANNER_START_BLOCKED
+    GOAL_BLOCKED = lib.PLANNER_GOAL_BLOCKED
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """What came of a search."""
+
+    status: Status
+    points: NDArray[np.float32]
+    """(n, 2) from start to goal in cells, each in sight of the next; n is 0 without a way."""
+    length: float
+    """In cells; infinite without a way."""
+    samples: int
+    first_samples: int
+    """That it took to know the first way."""
+    nodes: int
+    nearest: Point | None
+    """Where one can come nearest to the goal, once it is proven that there is no way."""
+
+
+def plan(
+    blocked: ArrayLike,
+    start: Point,
+    goal: Point,
+    *,
+    clearance: float = 0.0,
+    samples: int | None = None,
+    seed: int = 1,
+    adaptive: bool = False,
+) -> Way:
+    """The shortest way from start to goal that keeps `clearance` cells away from what is blocked.
+
+    `blocked` is an array of truth values, at most 128 x 128; outside of it all is blocked. The
+    search goes on until it has enough, or for so many samples. A ValueError says what is wrong with
+    the arguments; blocked ends and proven impossibility are results.
+    """
+    layer = _clearance_of(_checked(blocked), clearance)
+    planner, cfg = ffi.new("planner_t *"), ffi.new("planner_config_t *")
+    cfg[0] = lib.planner_config_default()
+    cfg.adaptive = adaptive
+    ends = [ffi.new("vec2_t *", end)[0] for end in (start, goal)]
+    lib.planner_start(planner, cfg, layer, *ends, seed)
+    while not _done(planner, samples):
+        lib.planner_extend(planner, layer, ffi.NULL, 1)
+    return _result(planner)
+
+
+def _done(planner: CData, samples: int | None) -> bool:
+    if planner.stage == lib.PLANNER_END:
+        return True
+    if samples is None:
+        return bool(lib.planner_enough(planner))
+    return bool(planner.stage == lib.PLANNER_GROW and planner.samples >= samples)
+
+
+def _checked(blocked: ArrayLike) -> NDArray[np.bool_]:
+    cells = np.asarray(blocked, dtype=bool)
+    if cells.ndim != 2 or 0 in cells.shape or max(cells.shape) > GRID_SIDE_CELLS:
+        raise ValueError(
+            f"a map has two dimensions of 1 to {GRID_SIDE_CELLS} cells, not {cells.shape}"
+        )
+    return cells
+
+
+def _clearance_of(blocked: NDArray[np.bool_], clearance: float) -> CData:
+    """The planner's bit layer, by the core's own inflation."""
+    if not 0.0 <= clearance <= lib.CLEARANCE_REACH_MAX:
+        raise ValueError(f"clearance must be 0 to {lib.CLEARANCE_REACH_MAX} cells, not {clearance}")
+    whole = np.ones((GRID_SIDE_CELLS, GRID_SIDE_CELLS), dtype=bool)
+    whole[: blocked.shape[0], : blocked.shape[1]] = blocked
+    values = np.where(whole, lib.GRID_VALUE_MAX, lib.GRID_FREE_MIN).astype(np.uint8)
+    grid, layer = ffi.new("grid_t *"), ffi.new("clearance_t *")
+    cfg = ffi.new("grid_config_t *", lib.grid_config_default())
+    lib.grid_init(grid, cfg, ffi.new("vec2_t *")[0], _CELL_M)
+    packed = (values[:, 0::2] | values[:, 1::2] << 4).tobytes()
+    ffi.memmove(grid.cells, packed, len(packed))
+    low, high = (ffi.new("vec2_t *", (sign * _BEYOND_M,) * 2)[0] for sign in (-1, 1))
+    lib.clearance_init(layer, grid, clearance * _CELL_M, low, high)
+    lib.clearance_refresh(layer, grid, GRID_SIDE_CELLS)
+    return layer
+
+
+def _result(planner: CData) -> Way:
+    way = ffi.new("vec2_t[]", lib.PLANNER_POINTS)
+    count = lib.planner_path(planner, way, lib.PLANNER_POINTS)
+    points = np.array([(way[i].x, way[i].y) for i in range(count)], dtype=np.float32)
+    nearest = lib.planner_nearest(planner) if planner.status == lib.PLANNER_NO_WAY else None
+    return Way(
+        status=Status(planner.status),
+        points=points.reshape(-1, 2),
+        length=float(planner.best_cells) if count else float("inf"),
+        samples=int(planner.samples),
+        first_samples=int(planner.first_samples),
+        nodes=int(lib.planner_nodes(planner)),
+        nearest=(nearest.x, nearest.y) if nearest is not None else None,
+    )

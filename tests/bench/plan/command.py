@@ -52,16 +52,18 @@ def make_families(options: Options) -> dict[str, list[Problem]]:
 
 def take_figures(options: Options, results: Results, chip: Figures) -> Figures:
     """All that was measured, by the names under which it is reported."""
-    intervals = figures.speedups(results) | figures.replans(results)
     proven, proof_time = figures.unsolvable(results)
+    replanned, replan_time = figures.replans(results)
+    intervals = figures.speedups(results) | proof_time | replan_time
     return {
         "seed": options.seed,
         "problems": options.problems,
         "planner_seeds": options.seeds,
         "opponents": options.opponents,
-        **figures.bounds(intervals | proof_time),
+        **figures.bounds(intervals),
         **figures.quality(results),
         **proven,
+        **replanned,
         "planner_ram_bytes": planner_bytes(),
         **chip,
         "one_session": not (options.reuse and options.opponents),

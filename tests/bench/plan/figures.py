@@ -51,6 +51,7 @@ LIMITS: tuple[tuple[str, Sense, float], ...] = (
     ("unsolvable_proven", "==", 1.0),
     ("solvable_refused", "==", 0),
     ("unsolvable_time_vs_astar", "<=", 1.0),
+    ("replan_solved", "==", 1.0),
     ("replan_ratio", "<=", 1 / 3),
     ("chip_first_ms_median", "<=", 5.0),
     ("chip_first_ms_p95", "<=", 25.0),
@@ -125,13 +126,19 @@ def speedups(results: Results) -> dict[str, Interval]:
     return found
 
 
+def _broken(runs: Columns) -> int:
+    """Ways that broke a rule, and runs whose last ways came too near to an obstacle."""
+    too_near = runs["clearance"] < least_clearance() - 1e-3
+    return int(runs["invalid"].sum() + too_near.sum())
+
+
 def quality(results: Results) -> Figures:
     """What the routes of ours are worth; a collision is any broken rule of any returned way."""
     runs = results.of(OURS)
-    ratio = runs["fixed_cost"] / runs["optimum"]
-    flown = runs["flown_cost"] / runs["optimum"]
+    ratio, flown, enough = (
+        runs[name] / runs["optimum"] for name in ("fixed_cost", "flown_cost", "enough_cost")
+    )
     others = [name for name in results.plans if name != OURS]
-    too_near = runs["clearance"] < least_clearance() - 1e-3
     return {
         "final_cost_ratio_median": percentile(ratio, 50),
         "final_cost_ratio_p95": percentile(ratio, 95),
@@ -139,9 +146,9 @@ def quality(results: Results) -> Figures:
         "flown_cost_ratio_p95": percentile(flown, 95),
         "enough_ms_median": 1000 * percentile(runs["enough_s"], 50),
         "enough_ms_p95": 1000 * percentile(runs["enough_s"], 95),
-        "enough_cost_ratio_p95": percentile(runs["enough_cost"] / runs["optimum"], 95),
+        "enough_cost_ratio_p95": percentile(enough, 95),
         "solved_fraction": float(np.isfinite(runs["cost"]).mean()),
-        "collisions": int(runs["invalid"].sum() + too_near.sum()),
+        "collisions": sum(_broken(found) for found in (runs, *results.replans.values())),
         "opponents_invalid": int(sum(results.of(name)["invalid"].sum() for name in others)),
     }
 
@@ -157,18 +164,15 @@ def unsolvable(results: Results) -> tuple[dict[str, float], dict[str, Interval]]
     return found, {"unsolvable_time_vs_astar": ratio}
 
 
-def replans(results: Results) -> dict[str, Interval]:
+def replans(results: Results) -> tuple[dict[str, float], dict[str, Interval]]:
     """Repairing after something closed, as a share of planning anew."""
     repair, anew = results.replans["repair"], results.replans["anew"]
     endings = ("", "_105", "_102", "_enough")
-    names = {
-        f"replan_ratio{ending}": name
+    ratios = {
+        f"replan_ratio{ending}": geometric_ratio(_times(repair, name), _times(anew, name))
         for ending, name in zip(endings, (*TIMES, "enough_s"), strict=True)
     }
-    return {
-        key: geometric_ratio(_times(repair, name), _times(anew, name))
-        for key, name in names.items()
-    }
+    return {"replan_solved": float(np.isfinite(repair["cost"]).mean())}, ratios
 
 
 def bounds(intervals: Mapping[str, Interval]) -> Figures:

@@ -23,12 +23,12 @@ def _row(runs: Columns) -> list[str]:
     times = ("first_s", "within_105_s", "within_102_s")
     tails = [1000 * percentile(runs[time], percent) for time in times for percent in (50, 95)]
     reached = [100 * np.isfinite(runs[name]).mean() for name in ("cost", "within_102_s")]
-    size = np.median(runs["bytes_105"])
+    nodes, size = np.median(runs["nodes_end"]), np.median(runs["bytes_105"])
     return [
         *(f"{tail:.3f}" if tail < 10 else f"{tail:.1f}" for tail in tails),
         *(f"{share:.1f}" for share in reached),
         f"{percentile(runs['first_cost'] / runs['optimum'], 50):.3f}",
-        f"{np.median(runs['nodes_end']):.0f}",
+        f"{nodes:.0f}" if nodes > 0 else "-",
         f"{size / 1024:.1f}" if size >= 0 else "-",
     ]
 

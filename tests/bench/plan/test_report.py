@@ -125,6 +125,15 @@ def test_broken_ways_are_counted(changed: dict[str, float], collisions: int, sol
     assert found["solved_fraction"] == solved
 
 
+def test_a_collision_after_a_change_counts() -> None:
+    found = results(ours=runs([1.0e-4] * 4))
+    found.replans = {"repair": runs([1.0e-5] * 4, invalid=1.0), "anew": runs([1.0e-4] * 4)}
+    assert figures.quality(found)["collisions"] == 8
+    solved, ratios = figures.replans(found)
+    assert solved["replan_solved"] == 1.0
+    assert ratios["replan_ratio"].value == pytest.approx(0.1)
+
+
 def test_columns_survive_being_written() -> None:
     columns = {"first_s": np.array([0.25, math.inf]), "nodes": np.array([3.0, -1.0])}
     again = read_columns(write_columns(columns))

@@ -32,7 +32,7 @@ CAPACITY: int = lib.TAUT_POINTS
 PAST = lib.CLEARANCE_CORNER_STEPS / PER_CELL
 STEPS_MAX = 2000
 inside = st.tuples(st.integers(54, 73), st.integers(54, 73))
-walls = st.sets(inside, min_size=40, max_size=160)
+walls = st.sets(inside, max_size=120)
 stops = st.lists(inside, min_size=2, max_size=5)
 
 
@@ -195,6 +195,13 @@ def test_a_slalom() -> None:
         way[-1],
     ]  # fmt: skip
     assert_shortest(low | high, way, shortest)
+
+
+def test_a_corner_on_the_outer_side_does_not_hold_the_string() -> None:
+    """The way has a point past a cell that lies left of it, but turns left there."""
+    where = {(58, 65), (59, 67)}
+    way = [(58.5, 70.5), past(59, 66, 1, 1), (61.5, 64.5)]
+    assert_shortest(where, way, [way[0], past(59, 67, -1, -1), way[2]])
 
 
 def upper_hull(spots: list[Point]) -> list[Point]:

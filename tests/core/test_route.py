@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Routes: tightened and rounded without ever getting longer or nearer to what is blocked."""
+"""Routes: off the corners, then rounded without getting longer; every piece is clear."""
 
 import itertools
 import math
@@ -11,26 +11,36 @@ from hypothesis import strategies as st
 from ground.core import CData, ffi, lib
 from tests.core.maps import (
     OCCUPIED,
+    PER_CELL,
     fill,
+    in_cells,
     is_clear,
     length,
     new_grid,
     path_array,
     points,
+    sees,
     vec2,
     with_walls,
 )
 
 Path = list[tuple[float, float]]
 CAPACITY: int = lib.ROUTE_POINTS
-places = st.floats(30.5, 60.5, width=32)
-ways = st.lists(st.tuples(places, places), min_size=2, max_size=12)
+PAST = lib.CLEARANCE_CORNER_STEPS / PER_CELL
+TINY_CELLS = 4 / PER_CELL  # points are rounded to the lattice
+places = st.integers(30 * PER_CELL, 61 * PER_CELL)
+ways = st.lists(st.tuples(places, places), min_size=2, max_size=8).map(in_cells)
 walls = st.sets(st.tuples(st.integers(30, 60), st.integers(30, 60)), max_size=25)
 
 
-def shortcut(clearance: CData, path: Path) -> Path:
+def stood_off(clearance: CData, path: Path) -> Path:
     array = path_array(path)
-    return points(array, lib.route_shortcut(clearance, array, len(path)))
+    lib.route_stand_off(clearance, array, len(path))
+    return points(array, len(path))
+
+
+def in_sight(clearance: CData, path: Path) -> bool:
+    return sees(clearance, [(int(x * PER_CELL), int(y * PER_CELL)) for x, y in path])
 
 
 def rounded(clearance: CData, path: Path, capacity: int = CAPACITY) -> Path:
@@ -51,40 +61,80 @@ def turn(path: Path) -> float:
     return max(abs(math.remainder(b - a, math.tau)) for a, b in itertools.pairwise(legs))
 
 
+def gap_cells(where: set[tuple[int, int]], at: tuple[float, float]) -> float:
+    """From a place to the nearest occupied cell."""
+    return min(
+        (
+            math.hypot(max(x - at[0], 0.0, at[0] - x - 1), max(y - at[1], 0.0, at[1] - y - 1))
+            for x, y in where
+        ),
+        default=math.inf,
+    )
+
+
 @given(walls, ways)
-def test_a_shortcut_is_clear_and_never_longer(where: set[tuple[int, int]], path: Path) -> None:
+def test_standing_off_keeps_the_ends_and_stays_clear(
+    where: set[tuple[int, int]], path: Path
+) -> None:
     _, clearance = with_walls(where)
-    assume(is_clear(clearance, path))
-    short = shortcut(clearance, path)
-    assert short[0] == path[0]
-    assert short[-1] == path[-1]
-    assert is_clear(clearance, short)
-    assert length(short) <= length(path) + 1e-3
-    assert set(short) <= set(path)
-    assert shortcut(clearance, short) == short
+    assume(in_sight(clearance, path))
+    moved = stood_off(clearance, path)
+    assert (moved[0], moved[-1]) == (path[0], path[-1])
+    assert in_sight(clearance, moved)
+    assert is_clear(clearance, moved)
+    for before, after in zip(path, moved, strict=True):
+        assert math.dist(before, after) <= lib.ROUTE_STAND_OFF_CELLS + TINY_CELLS
 
 
-def test_a_zigzag_in_the_open_becomes_a_line() -> None:
+@given(st.integers(2, 30), st.integers(2, 9), st.floats(5.0, 40.0))
+def test_a_point_at_a_corner_goes_to_the_middle_of_its_gap(
+    height: int, gap: int, rise: float
+) -> None:
+    """A wall below, a wall above: between them it is nearer to neither than before."""
+    walls = {(64, 30 + y) for y in range(height)}
+    walls |= {(64, 30 + height + gap + y) for y in range(20)}
+    _, clearance = with_walls(walls)
+    top = 30.0 + height
+    path = in_cells(
+        (round(x * PER_CELL), round(y * PER_CELL))
+        for x, y in (
+            (50.5, top - min(rise, 20.0)),
+            (64.0 - PAST, top + PAST),
+            (65.0 + PAST, top + PAST),
+            (80.5, top - min(rise, 20.0)),
+        )
+    )
+    assume(in_sight(clearance, path))
+    moved = stood_off(clearance, path)
+    for before, after in zip(path, moved, strict=True):
+        assert gap_cells(walls, after) >= gap_cells(walls, before) - TINY_CELLS
+    assert max(math.dist(a, b) for a, b in zip(path, moved, strict=True)) > 0.4
+
+
+def test_in_the_open_a_corner_is_passed_at_a_distance() -> None:
+    walls = {(x, y) for x in range(60, 70) for y in range(20, 64)}
+    _, clearance = with_walls(walls)
+    path = [(40.5, 40.5), (60 - PAST, 64 + PAST), (70 + PAST, 64 + PAST), (90.5, 40.5)]
+    moved = stood_off(clearance, path)
+    for point in moved[1:-1]:
+        assert gap_cells(walls, point) == pytest.approx(lib.ROUTE_STAND_OFF_CELLS, abs=0.1)
+
+
+def test_a_straight_way_stays_where_it_is() -> None:
     _, clearance = with_walls([])
-    zigzag = [(20.5 + i, 64.5 + 3 * (i % 2)) for i in range(30)]
-    assert shortcut(clearance, zigzag) == [zigzag[0], zigzag[-1]]
-
-
-def test_a_way_round_a_corner_keeps_the_corner() -> None:
-    _, clearance = with_walls({(40, y) for y in range(50)})
-    path = [(30.5, 30.5), (33.5, 45.5), (40.5, 55.5), (47.5, 45.5), (50.5, 30.5)]
-    assert shortcut(clearance, path) == [path[0], path[2], path[4]]
+    path = [(20.5 + i, 64.5 - 0.5 * i) for i in range(10)]
+    assert stood_off(clearance, path) == path
 
 
 @given(walls, ways)
 def test_rounding_is_clear_and_never_longer(where: set[tuple[int, int]], path: Path) -> None:
     _, clearance = with_walls(where)
-    assume(is_clear(clearance, path))
+    assume(in_sight(clearance, path))
     curve = rounded(clearance, path)
     assert curve[0] == path[0]
     assert curve[-1] == path[-1]
     assert is_clear(clearance, curve)
-    assert length(curve) <= length(path) + 1e-3
+    assert length(curve) <= length(path) + TINY_CELLS * len(curve)
     assert len(curve) <= CAPACITY
 
 
@@ -107,7 +157,7 @@ def test_rounding_takes_no_more_points_than_there_is_room_for() -> None:
 @given(walls, ways)
 def test_a_route_is_the_way_in_metres(where: set[tuple[int, int]], path: Path) -> None:
     grid, clearance = with_walls(where)
-    assume(is_clear(clearance, path))
+    assume(in_sight(clearance, path))
     route = route_of(path)
     lib.route_build(route, grid, clearance, len(path))
     built = points(route.points_m, route.count)
@@ -115,7 +165,8 @@ def test_a_route_is_the_way_in_metres(where: set[tuple[int, int]], path: Path) -
     assert built[0] == pytest.approx((ends[0].x, ends[0].y), abs=1e-5)
     assert built[-1] == pytest.approx((ends[1].x, ends[1].y), abs=1e-5)
     assert lib.route_length_m(route) == pytest.approx(length(built), rel=1e-4)
-    assert lib.route_length_m(route) <= length(path) * grid.cell_m + 1e-3
+    cells = [lib.grid_to_cells(grid, vec2(*p)) for p in built]
+    assert is_clear(clearance, [(p.x, p.y) for p in cells])
     assert route.revision == 1
 
 

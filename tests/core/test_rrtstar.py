@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""RRT*: every way is clear and as long as it says; more budget never makes it worse."""
+"""The two trees: sound after every sample, their way clear, their samples where they can help."""
 
+import itertools
 import math
 
 import pytest
@@ -8,223 +9,263 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ground.core import CData, ffi, lib
+from tests.core.forest import GOAL, START, Forest, checked
 from tests.core.maps import (
+    PER_CELL,
     SIDE,
+    Steps,
+    in_cells,
     is_clear,
+    lattice,
+    lattice_array,
+    lattice_points,
     length,
-    points,
+    middle,
     raw_bytes,
-    vec2,
+    sees,
     with_walls,
-    xy,
 )
 
-Point = tuple[float, float]
-START, GOAL = (20.25, 64.5), (108.75, 64.5)
+Cell = tuple[int, int]
+FROM, TO = middle((20, 64)), middle((108, 64))
+NONE: int = lib.TREE_NONE
 seeds = st.integers(0, 2**32 - 1)
-# Furniture: a few boxes anywhere.
 boxes = st.lists(
     st.tuples(st.integers(0, 110), st.integers(0, 110), st.integers(2, 18), st.integers(2, 18)),
     max_size=14,
 )
-NODE_CELLS = 1 / 512  # what a node's position is rounded to
 
 
-def furnish(where: list[tuple[int, int, int, int]]) -> set[tuple[int, int]]:
-    return {(x + i, y + j) for x, y, w, h in where for i in range(w) for j in range(h)}
+def furnished(where: list[tuple[int, int, int, int]]) -> CData:
+    cells = {(x + i, y + j) for x, y, w, h in where for i in range(w) for j in range(h)}
+    return with_walls(cells - {(20, 64), (108, 64)})[1]
 
 
-def wall_with_gap(gap: range) -> set[tuple[int, int]]:
-    return {(64, y) for y in range(SIDE) if y not in gap}
+def wall_with_gap(gap: range) -> CData:
+    return with_walls({(64, y) for y in range(SIDE) if y not in gap})[1]
 
 
-def plan(clearance: CData, start: Point = START, goal: Point = GOAL, seed: int = 1) -> CData:
+def begin(seed: int = 1, step_cells: float = 20.0) -> CData:
     rrt = ffi.new("rrtstar_t *")
-    cfg = ffi.new("rrtstar_config_t *", lib.rrtstar_config_default())
-    lib.rrtstar_start(rrt, cfg, clearance, vec2(*start), vec2(*goal), seed)
+    lib.rrtstar_start(rrt, lattice(FROM), lattice(TO), step_cells, seed)
     return rrt
 
 
-def path_of(rrt: CData, capacity: int = 343) -> list[Point]:
-    array = ffi.new("vec2_t[]", capacity)
-    return points(array, lib.rrtstar_path(rrt, array, capacity))
+def sample(rrt: CData, clearance: CData, count: int) -> None:
+    """As the planner does it: what is known to be best is told."""
+    for _ in range(count):
+        if lib.rrtstar_sample(rrt, clearance):
+            rrt.best_cells = min(rrt.best_cells, cost(rrt))
 
 
-def assert_good(rrt: CData, clearance: CData, start: Point, goal: Point) -> None:
-    path = path_of(rrt)
-    assert path[0] == pytest.approx(start, abs=NODE_CELLS)
-    assert path[-1] == pytest.approx(goal, abs=NODE_CELLS)
-    assert is_clear(clearance, path)
-    assert length(path) == pytest.approx(rrt.best_cells, rel=1e-4)
+def cost(rrt: CData) -> float:
+    return float(rrt.tree.nodes[rrt.start_node].cost_cells)
 
 
-def has_way(rrt: CData) -> bool:
-    return bool(rrt.goal_parent != lib.RRTSTAR_NONE)
+def way_of(rrt: CData, clearance: CData, capacity: int = 64) -> list[Steps]:
+    array = ffi.new("lattice_t[]", capacity)
+    return lattice_points(array, lib.rrtstar_way(rrt, clearance, array, capacity))
+
+
+def assert_sound(rrt: CData, clearance: CData) -> Forest:
+    """Both trees hang on their ends, and every edge is in sight."""
+    forest = checked(rrt.tree)
+    assert forest[0].at == TO
+    assert forest[rrt.start_node].at == FROM
+    assert {n.side for n in forest.values()} == ({GOAL} if rrt.connected else {GOAL, START})
+    for node in forest.values():
+        if node.parent != NONE:
+            assert sees(clearance, [node.at, forest[node.parent].at])
+    return forest
+
+
+def assert_good_way(rrt: CData, clearance: CData) -> None:
+    way = way_of(rrt, clearance)
+    assert (way[0], way[-1]) == (FROM, TO)
+    assert sees(clearance, way)
+    assert is_clear(clearance, in_cells(way))
+    assert length(in_cells(way)) <= cost(rrt) + 1e-3
 
 
 @given(boxes, seeds)
-def test_a_way_is_clear_and_as_long_as_it_says_at_every_stage(
+def test_the_trees_are_sound_and_their_way_gets_shorter(
     where: list[tuple[int, int, int, int]], seed: int
 ) -> None:
-    _, clearance = with_walls(furnish(where) - {(20, 64), (108, 64)})
-    rrt = plan(clearance, seed=seed)
+    clearance = furnished(where)
+    rrt = begin(seed)
     best = math.inf
-    for _ in range(12):
-        lib.rrtstar_extend(rrt, clearance, 50)
-        if has_way(rrt):
-            assert_good(rrt, clearance, START, GOAL)
-            assert rrt.best_cells <= best
-            best = rrt.best_cells
+    for count in [1] * 10 + [30] * 10 + [500]:
+        sample(rrt, clearance, count)
+        assert_sound(rrt, clearance)
+        if rrt.connected:
+            assert_good_way(rrt, clearance)
+            assert cost(rrt) <= best + 1e-3
+            best = cost(rrt)
+        else:
+            assert way_of(rrt, clearance) == []
 
 
 @given(boxes, seeds)
-def test_the_tree_is_a_tree_with_right_costs(
+def test_a_sample_says_when_the_way_has_become_shorter(
     where: list[tuple[int, int, int, int]], seed: int
 ) -> None:
-    _, clearance = with_walls(furnish(where) - {(20, 64), (108, 64)})
-    rrt = plan(clearance, seed=seed)
-    lib.rrtstar_extend(rrt, clearance, 400)
-    at = [(node.x / 512, node.y / 512) for node in rrt.nodes[0 : rrt.count]]
-    for i in range(1, rrt.count):
-        node = rrt.nodes[i]
-        parent = rrt.nodes[node.parent]
-        edge = math.dist(at[i], at[node.parent])
-        assert node.cost_cells == pytest.approx(parent.cost_cells + edge, rel=1e-4, abs=1e-3)
-        assert is_clear(clearance, [at[node.parent], at[i]])
-    linked = []
-    for i in range(rrt.count):
-        child = rrt.nodes[i].child
-        while child != lib.RRTSTAR_NONE:
-            assert rrt.nodes[child].parent == i
-            linked.append(child)
-            child = rrt.nodes[child].sibling
-    assert sorted(linked) == list(range(1, rrt.count))
-
-
-@given(boxes, seeds, st.lists(st.integers(0, 90), max_size=8))
-def test_how_the_budget_is_sliced_does_not_matter(
-    where: list[tuple[int, int, int, int]], seed: int, slices: list[int]
-) -> None:
-    _, clearance = with_walls(furnish(where) - {(20, 64), (108, 64)})
-    whole, sliced = plan(clearance, seed=seed), plan(clearance, seed=seed)
-    lib.rrtstar_extend(whole, clearance, sum(slices))
-    for budget in slices:
-        lib.rrtstar_extend(sliced, clearance, budget)
-    assert raw_bytes(whole) == raw_bytes(sliced)
+    clearance = furnished(where)
+    rrt = begin(seed)
+    known = math.inf
+    for _ in range(300):
+        said = bool(lib.rrtstar_sample(rrt, clearance))
+        now = cost(rrt) if rrt.connected else math.inf
+        assert said == (now < known)
+        known = now
+        rrt.best_cells = min(rrt.best_cells, now)
 
 
 def test_the_seed_decides() -> None:
-    _, clearance = with_walls(wall_with_gap(range(10, 20)))
-    runs = [plan(clearance, seed=seed) for seed in (1, 1, 2)]
+    clearance = wall_with_gap(range(10, 20))
+    runs = [begin(seed) for seed in (1, 1, 2)]
     for rrt in runs:
-        lib.rrtstar_extend(rrt, clearance, 300)
+        sample(rrt, clearance, 200)
     assert raw_bytes(runs[0]) == raw_bytes(runs[1])
     assert raw_bytes(runs[0]) != raw_bytes(runs[2])
 
 
-def test_where_nothing_is_in_between_the_way_is_straight_at_once() -> None:
-    _, clearance = with_walls([])
-    rrt = plan(clearance)
-    assert rrt.status == lib.RRTSTAR_FOUND
-    assert rrt.best_cells == pytest.approx(math.dist(START, GOAL), abs=0.01)
-    assert len(path_of(rrt)) == 2
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_a_way_round_a_wall_comes_near_the_shortest(seed: int) -> None:
-    _, clearance = with_walls(wall_with_gap(range(84, SIDE)))
-    rrt = plan(clearance, seed=seed)
-    lib.rrtstar_extend(rrt, clearance, 3000)
-    corner_left, corner_right = (64.0, 84.0), (65.0, 84.0)
-    shortest = math.dist(START, corner_left) + 1.0 + math.dist(corner_right, GOAL)
-    assert has_way(rrt)
-    assert shortest - 0.01 <= rrt.best_cells < 1.06 * shortest
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("step_cells", [5.0, 20.0])
+def test_until_there_is_a_way_no_edge_is_longer_than_a_step(seed: int, step_cells: float) -> None:
+    clearance = wall_with_gap(range(0))
+    rrt = begin(seed, step_cells)
+    sample(rrt, clearance, 60)
+    forest = assert_sound(rrt, clearance)
+    assert len(forest) > 20
+    for node in forest.values():
+        if node.parent != NONE:
+            edge = math.dist(node.at, forest[node.parent].at) / PER_CELL
+            assert edge <= step_cells + 0.01
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_a_gap_of_one_cell_is_passed_through_its_middle_or_not_at_all(seed: int) -> None:
-    _, clearance = with_walls(wall_with_gap(range(70, 71)))
-    rrt = plan(clearance, seed=seed)
-    lib.rrtstar_extend(rrt, clearance, 20000)
-    if has_way(rrt):
-        assert_good(rrt, clearance, START, GOAL)
-    else:
-        assert rrt.status in (lib.RRTSTAR_POOL_FULL, lib.RRTSTAR_SEARCHING)
+def test_samples_stay_where_a_shorter_way_could_lead(seed: int) -> None:
+    clearance = wall_with_gap(range(84, SIDE))
+    rrt = begin(seed)
+    while not rrt.connected:
+        sample(rrt, clearance, 1)
+    before, best = checked(rrt.tree), rrt.best_cells
+    sample(rrt, clearance, 100)
+    new = {i: node for i, node in checked(rrt.tree).items() if before.get(i) != node}
+    added = [node.at for i, node in new.items() if i not in before]
+    assert len(added) > 5
+    for at in added:
+        assert (math.dist(at, FROM) + math.dist(at, TO)) / PER_CELL <= best + 0.05
 
 
-def test_most_seeds_find_a_door() -> None:
-    _, clearance = with_walls(wall_with_gap(range(70, 77)))
-    found = 0
-    for seed in range(20):
-        rrt = plan(clearance, seed=seed)
-        lib.rrtstar_extend(rrt, clearance, 3000)
-        found += has_way(rrt)
-    assert found >= 18
+@pytest.mark.parametrize("seed", range(6))
+def test_a_closed_wall_is_never_passed_and_in_the_end_it_is_stuck(seed: int) -> None:
+    clearance = wall_with_gap(range(0))
+    rrt = begin(seed)
+    while not lib.rrtstar_stuck(rrt):
+        sample(rrt, clearance, 10)
+        assert not rrt.connected
+    assert len(assert_sound(rrt, clearance)) == lib.TREE_NODES
+    sample(rrt, clearance, 50)
+    assert len(assert_sound(rrt, clearance)) == lib.TREE_NODES
+    assert way_of(rrt, clearance) == []
 
 
-@given(seeds)
-def test_a_closed_wall_is_never_passed(seed: int) -> None:
-    _, clearance = with_walls(wall_with_gap(range(0)))
-    rrt = plan(clearance, seed=seed)
-    lib.rrtstar_extend(rrt, clearance, 2000)
-    assert not has_way(rrt)
-    assert path_of(rrt) == []
+@pytest.mark.parametrize("seed", range(6))
+def test_a_full_pool_goes_on_improving(seed: int) -> None:
+    """For each new node a leaf goes; the way's own nodes never."""
+    wall = {(x, y) for x in (40, 60, 80) for y in range(SIDE) if y % 25 not in (3, 4, 5)}
+    _, clearance = with_walls(wall)
+    rrt = begin(seed)
+    while not lib.tree_is_full(ffi.addressof(rrt.tree)):
+        sample(rrt, clearance, 10)
+    improved = 0
+    for _ in range(20):
+        before = checked(rrt.tree)
+        sample(rrt, clearance, 200)
+        after = assert_sound(rrt, clearance)
+        improved += set(after.values()) != set(before.values())
+        assert len(after) <= lib.TREE_NODES
+        assert_good_way(rrt, clearance)
+    assert improved == 20
 
 
-def test_the_pool_ends_and_what_was_found_stands() -> None:
-    _, clearance = with_walls(wall_with_gap(range(110, SIDE)))
-    rrt = plan(clearance)
-    for _ in range(500):
-        if lib.rrtstar_extend(rrt, clearance, 100) == lib.RRTSTAR_POOL_FULL:
+@given(seeds, st.integers(0, 400))
+def test_a_way_from_elsewhere_is_taken_in(seed: int, count: int) -> None:
+    clearance = wall_with_gap(range(84, SIDE))
+    rrt = begin(seed)
+    while not rrt.connected:
+        sample(rrt, clearance, 1)
+    sample(rrt, clearance, count)
+    steps = lib.CLEARANCE_CORNER_STEPS
+    height = 84 * PER_CELL + steps
+    way = [FROM, (64 * PER_CELL - steps, height), (65 * PER_CELL + steps, height), TO]
+    assert sees(clearance, way)
+    lib.rrtstar_graft(rrt, lattice_array(way), len(way))
+    assert cost(rrt) == pytest.approx(length(in_cells(way)), abs=0.02)
+    assert_sound(rrt, clearance)
+    assert_good_way(rrt, clearance)
+
+
+def test_all_but_a_way_is_forgotten() -> None:
+    clearance = wall_with_gap(range(84, SIDE))
+    rrt = begin()
+    way = [FROM, middle((60, 90)), middle((70, 90)), TO]
+    lib.rrtstar_restart_from(rrt, lattice_array(way), len(way))
+    forest = assert_sound(rrt, clearance)
+    assert sorted(node.at for node in forest.values()) == sorted(way)
+    assert_good_way(rrt, clearance)
+    assert cost(rrt) == pytest.approx(length(in_cells(way)), rel=1e-5)
+
+
+WAY = [FROM, middle((50, 100)), middle((60, 95)), middle((70, 95)), middle((90, 90)), TO]
+
+
+@pytest.mark.parametrize(("before", "after"), [(0, 0), (1, 0), (0, 4), (2, 2), (3, 1)])
+def test_both_sides_begin_with_what_is_left_of_a_broken_way(before: int, after: int) -> None:
+    clearance = wall_with_gap(range(84, 108))
+    rrt = begin()
+    lib.rrtstar_mend(rrt, lattice_array(WAY), len(WAY), before, after)
+    forest = assert_sound(rrt, clearance)
+    sides = {
+        side: {node.at for node in forest.values() if node.side == side} for side in (START, GOAL)
+    }
+    assert sides[START] == set(WAY[: before + 1])
+    assert sides[GOAL] == set(WAY[len(WAY) - 1 - after :])
+    for _ in range(4000):
+        sample(rrt, clearance, 1)
+        if rrt.connected:
             break
-    before = raw_bytes(rrt)
-    assert lib.rrtstar_extend(rrt, clearance, 100) in (lib.RRTSTAR_POOL_FULL, lib.RRTSTAR_FOUND)
-    if rrt.status == lib.RRTSTAR_POOL_FULL:
-        assert raw_bytes(rrt) == before
-        assert rrt.count == lib.RRTSTAR_NODES
-    assert_good(rrt, clearance, START, GOAL)
+    assert_sound(rrt, clearance)
+    assert_good_way(rrt, clearance)
 
 
-@pytest.mark.parametrize("bad", [(64.5, 10.5), (-1.0, 5.0), (5.0, 128.0), (math.nan, 5.0)])
-def test_a_blocked_end_is_said_so(bad: Point) -> None:
-    _, clearance = with_walls(wall_with_gap(range(0)))
-    assert plan(clearance, start=bad).status == lib.RRTSTAR_START_BLOCKED
-    rrt = plan(clearance, goal=bad)
-    assert rrt.status == lib.RRTSTAR_GOAL_BLOCKED
-    before = raw_bytes(rrt)
-    assert lib.rrtstar_extend(rrt, clearance, 50) == lib.RRTSTAR_GOAL_BLOCKED
-    assert raw_bytes(rrt) == before
-    assert path_of(rrt) == []
+def test_the_first_samples_after_a_break_come_from_about_it() -> None:
+    clearance = wall_with_gap(range(0))
+    rrt = begin()
+    lib.rrtstar_mend(rrt, lattice_array(WAY), len(WAY), 2, 2)
+    known = {node.at for node in checked(rrt.tree).values()}
+    focus = middle((65, 95))
+    for count in (4, 8):
+        sample(rrt, clearance, 4)
+        new = [node.at for node in checked(rrt.tree).values() if node.at not in known]
+        reach_cells = (10 + 2 * count) * math.sqrt(2) + 20.0
+        assert all(math.dist(at, focus) / PER_CELL <= reach_cells for at in new)
 
 
-@given(st.floats(0.0, 127.9375, width=32), st.floats(0.0, 127.9375, width=32), seeds)
-def test_every_free_place_of_the_grid_may_be_an_end(x: float, y: float, seed: int) -> None:
-    _, clearance = with_walls({(60, 60)} - {(int(x), int(y))})
-    rrt = plan(clearance, start=(x, y), goal=(y, x), seed=seed)
-    lib.rrtstar_extend(rrt, clearance, 200)
-    assert has_way(rrt) or rrt.status == lib.RRTSTAR_GOAL_BLOCKED
-    if has_way(rrt):
-        assert_good(rrt, clearance, (x, y), (y, x))
+def test_a_way_that_does_not_fit_is_not_given() -> None:
+    clearance = wall_with_gap(range(84, 108))
+    rrt = begin()
+    lib.rrtstar_restart_from(rrt, lattice_array(WAY), len(WAY))
+    full = way_of(rrt, clearance)
+    assert 2 < len(full) <= len(WAY)
+    assert way_of(rrt, clearance, len(full)) == full
+    assert way_of(rrt, clearance, 2) == []
 
 
-def test_a_path_that_does_not_fit_is_not_given() -> None:
-    _, clearance = with_walls(wall_with_gap(range(110, SIDE)))
-    rrt = plan(clearance)
-    lib.rrtstar_extend(rrt, clearance, 2000)
-    full = path_of(rrt)
-    assert len(full) > 2
-    assert path_of(rrt, len(full)) == full
-    assert path_of(rrt, len(full) - 1) == []
-
-
-def test_samples_stay_where_a_shorter_way_could_lead() -> None:
-    _, clearance = with_walls(wall_with_gap(range(84, SIDE)))
-    rrt = plan(clearance)
-    while not has_way(rrt):
-        lib.rrtstar_extend(rrt, clearance, 1)
-    count, best = rrt.count, rrt.best_cells
-    lib.rrtstar_extend(rrt, clearance, 300)
-    for node in rrt.nodes[count : rrt.count]:
-        spot = (node.x / 512, node.y / 512)
-        around = math.dist(spot, xy(rrt.start_cells)) + math.dist(spot, xy(rrt.goal_cells))
-        assert around <= best + 0.05
+def test_points_in_sight_of_each_other_are_left_out_of_a_way() -> None:
+    _, clearance = with_walls([])
+    rrt = begin()
+    lib.rrtstar_restart_from(rrt, lattice_array(WAY), len(WAY))
+    assert way_of(rrt, clearance) == [FROM, TO]
+    assert all(sees(clearance, [a, b]) for a, b in itertools.combinations(WAY, 2))

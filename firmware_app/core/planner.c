@@ -8,10 +8,13 @@
 /** What a step costs of the budget, by the cycles that it takes on the chip. */
 enum {
   UNITS_OF_SAMPLE = 1,
+  UNITS_OF_REWIRING = 2, ///< a sample once there is a way
   UNITS_OF_WAVE = 8,
   UNITS_OF_PULL = 2,
-  UNITS_OF_WALK = 16,
+  UNITS_OF_WALK = 4,
 };
+
+enum { STEPS_OF_WALK = 16 };
 
 static const float HUGE_CELLS = 1.0e9f;
 static const float STRAIGHT_ENOUGH =
@@ -224,7 +227,10 @@ static void wave(planner_t *planner, const clearance_t *clearance, const grid_t 
 static void walk(planner_t *planner, const clearance_t *clearance) {
   lattice_t *way = planner->taut.points;
   bool frontier = planner->search.wave.kind == WAVEFRONT_TO_FRONTIER;
-  int count = wavefront_path(&planner->search.wave, clearance, way, TAUT_POINTS - 2);
+  int count = wavefront_path(&planner->search.wave, clearance, way, TAUT_POINTS - 2, STEPS_OF_WALK);
+  if (count == WAVEFRONT_WALKING) {
+    return;
+  }
   if (count == 0 && planner->status == PLANNER_FOUND) {
     grow_again(planner);
     return;
@@ -325,8 +331,8 @@ planner_status_t planner_extend(planner_t *planner, const clearance_t *clearance
   while (planner->credit > 0 && planner->stage != PLANNER_END) {
     switch (planner->stage) {
     case PLANNER_GROW:
+      planner->credit -= planner->status == PLANNER_FOUND ? UNITS_OF_REWIRING : UNITS_OF_SAMPLE;
       sample(planner, clearance);
-      planner->credit -= UNITS_OF_SAMPLE;
       break;
     case PLANNER_WAVE:
       wave(planner, clearance, grid);

@@ -44,6 +44,13 @@ static void unlink_child(tree_t *tree, int child) {
   *link = tree->nodes[child].sibling;
 }
 
+/** Cost of a node by that of its parent. */
+static float cost_of(const tree_t *tree, int node) {
+  const tree_node_t *below = &tree->nodes[node];
+  const tree_node_t *above = &tree->nodes[below->parent];
+  return above->cost_cells + lattice_distance(below->at, above->at);
+}
+
 int tree_add(tree_t *tree, tree_side_t side, lattice_t at, int parent) {
   int i = tree->dropped;
   if (i != TREE_NONE) {
@@ -64,8 +71,7 @@ int tree_add(tree_t *tree, tree_side_t side, lattice_t at, int parent) {
   *bucket = (int16_t)i;
   if (parent != TREE_NONE) {
     link_child(tree, i, parent);
-    const tree_node_t *above = &tree->nodes[parent];
-    tree->nodes[i].cost_cells = above->cost_cells + lattice_distance(at, above->at);
+    tree->nodes[i].cost_cells = cost_of(tree, i);
   }
   return i;
 }
@@ -93,18 +99,24 @@ static int next_below(const tree_t *tree, int root, int i) {
   return i == root ? TREE_NONE : tree->nodes[i].sibling;
 }
 
-/** Costs of a node and of all below it from that of its parent. */
+/** Add to the costs of a node and of all below it. */
+static void add_cost(tree_t *tree, int top, float cost_cells) {
+  for (int i = top; i != TREE_NONE; i = next_below(tree, top, i)) {
+    tree->nodes[i].cost_cells += cost_cells;
+  }
+}
+
+/** Costs of a node and of all below it, from scratch. */
 static void update_costs(tree_t *tree, int top) {
   for (int i = top; i != TREE_NONE; i = next_below(tree, top, i)) {
-    const tree_node_t *above = &tree->nodes[tree->nodes[i].parent];
-    tree->nodes[i].cost_cells = above->cost_cells + lattice_distance(tree->nodes[i].at, above->at);
+    tree->nodes[i].cost_cells = cost_of(tree, i);
   }
 }
 
 void tree_move(tree_t *tree, int node, int parent) {
   unlink_child(tree, node);
   link_child(tree, node, parent);
-  update_costs(tree, node);
+  add_cost(tree, node, cost_of(tree, node) - tree->nodes[node].cost_cells);
 }
 
 void tree_join(tree_t *tree, int to, int from_start) {

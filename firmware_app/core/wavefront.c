@@ -8,7 +8,6 @@ enum {
   LABELS = 3,
   NEIGHBOURS = 8,
   STRAIGHT = 4, ///< of the neighbours; the others are diagonal
-  LEG_MAX = 16, ///< steps between two points of a way: bounds the work of looking along it
 };
 
 static uint32_t label_of(uint32_t wave) {
@@ -296,27 +295,38 @@ static grid_cell_t step_back(const wavefront_t *wave, grid_cell_t cell, uint32_t
   return cell;
 }
 
-int wavefront_path(const wavefront_t *wave, const clearance_t *clearance, lattice_t *path,
-                   int capacity) {
+/** One step back along the wave. @return false if the path is full */
+static bool walk_step(wavefront_t *wave, const clearance_t *clearance, lattice_t *path,
+                      int capacity) {
+  grid_cell_t next = step_back(wave, wave->at, wave->waves - wave->walked);
+  if (!clearance_sees(clearance, path[wave->points - 1], centre_of(next))) {
+    if (wave->points >= capacity - 1) {
+      return false;
+    }
+    path[wave->points++] = centre_of(wave->at);
+  }
+  wave->at = next;
+  wave->walked++;
+  return true;
+}
+
+int wavefront_path(wavefront_t *wave, const clearance_t *clearance, lattice_t *path, int capacity,
+                   int max_steps) {
   if (wave->status != WAVEFRONT_REACHED || capacity < 2) {
     return 0;
   }
-  int count = 1;
-  int leg = 0;
-  grid_cell_t previous = wave->target;
-  path[0] = centre_of(previous);
-  for (uint32_t k = wave->waves; k > 0u; k--) {
-    grid_cell_t next = step_back(wave, previous, k);
-    leg++;
-    if (leg > LEG_MAX || !clearance_sees(clearance, path[count - 1], centre_of(next))) {
-      leg = 1;
-      if (count >= capacity - 1) {
-        return 0;
-      }
-      path[count++] = centre_of(previous);
-    }
-    previous = next;
+  if (wave->points == 0) {
+    wave->at = wave->target;
+    path[wave->points++] = centre_of(wave->at);
   }
-  path[count++] = centre_of(wave->root);
-  return count;
+  for (int i = 0; i < max_steps && wave->walked < wave->waves; i++) {
+    if (!walk_step(wave, clearance, path, capacity)) {
+      return 0;
+    }
+  }
+  if (wave->walked < wave->waves) {
+    return WAVEFRONT_WALKING;
+  }
+  path[wave->points++] = centre_of(wave->root);
+  return wave->points;
 }

@@ -18,6 +18,8 @@
 #include "grid.h"
 #include "lattice.h"
 
+enum { WAVEFRONT_WALKING = -1 };
+
 typedef enum {
   WAVEFRONT_RUNNING,
   WAVEFRONT_REACHED,   ///< the target was met
@@ -43,6 +45,9 @@ typedef struct {
   grid_cell_t root;
   grid_cell_t target; ///< the cell met, once reached
   uint16_t waves;
+  uint16_t walked; ///< steps back from the target
+  grid_cell_t at;  ///< where the walk is
+  int points;      ///< of its path
   wavefront_status_t status;
 } wavefront_t;
 
@@ -58,9 +63,10 @@ wavefront_status_t wavefront_extend(wavefront_t *wave, const clearance_t *cleara
 bool wavefront_reached(const wavefront_t *wave, int ix, int iy);
 /** Reached cell nearest to the point (in cells). */
 grid_cell_t wavefront_nearest(const wavefront_t *wave, vec2_t point_cells);
-/** Walk back from the target to the root: cell centres, each in sight of the next.
- *  @return points written, 0 if the target was not met or more than capacity are needed */
-int wavefront_path(const wavefront_t *wave, const clearance_t *clearance, lattice_t *path,
-                   int capacity);
+/** Once the target is met: walk back from it to the root, max_steps at a time. The path's points
+ * are cell centres, each in sight of the next; it must be the same array until the end is reached.
+ *  @return points at the end; WAVEFRONT_WALKING before; 0 if more than capacity are needed */
+int wavefront_path(wavefront_t *wave, const clearance_t *clearance, lattice_t *path, int capacity,
+                   int max_steps);
 
 #endif

@@ -65,7 +65,8 @@ def wander(clearance: CData, cells: list[Cell]) -> list[Steps]:
         places = [ffi.new("grid_cell_t *", cell)[0] for cell in (root, target)]
         lib.wavefront_start(wave, lib.WAVEFRONT_TO_CELL, *places)
         lib.wavefront_extend(wave, clearance, ffi.NULL, 1000)
-        leg = lattice_points(array, lib.wavefront_path(wave, clearance, array, CAPACITY))
+        count = lib.wavefront_path(wave, clearance, array, CAPACITY, SIDE * SIDE)
+        leg = lattice_points(array, count)
         if not leg or len(way) + len(leg) > CAPACITY:
             break
         way += leg[::-1][1:] if leg[0] != way[-1] else leg[1:]

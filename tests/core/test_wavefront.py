@@ -71,9 +71,29 @@ def reached(wave: CData) -> set[Cell]:
 
 
 def path_of(wave: CData, clearance: CData, capacity: int = 400) -> list[Steps]:
-    """From the target back to the root."""
+    """From the target back to the root, walked anew."""
     array = ffi.new("lattice_t[]", capacity)
-    return lattice_points(array, lib.wavefront_path(wave, clearance, array, capacity))
+    wave.walked = wave.points = 0
+    count = lib.wavefront_path(wave, clearance, array, capacity, SIDE * SIDE)
+    return lattice_points(array, count)
+
+
+@given(mazes, inside, inside, st.integers(1, 9))
+def test_slicing_the_walk_does_not_change_the_way(
+    where: set[Cell], start: Cell, goal: Cell, steps: int
+) -> None:
+    grid, clearance = box(where - {start})
+    (a,), (b,) = shifted({start}), shifted({goal})
+    wave = start_wave(lib.WAVEFRONT_TO_CELL, a, b)
+    run(wave, clearance, grid)
+    whole = path_of(wave, clearance)
+    array, count = ffi.new("lattice_t[]", 400), int(lib.WAVEFRONT_WALKING)
+    wave.walked = wave.points = 0
+    for _ in range(SIDE * SIDE):
+        count = lib.wavefront_path(wave, clearance, array, 400, steps)
+        if count != lib.WAVEFRONT_WALKING:
+            break
+    assert lattice_points(array, count) == whole
 
 
 def assert_good(path: list[Steps], clearance: CData, start: Cell, target: Cell) -> None:
@@ -108,6 +128,7 @@ def test_a_goal_is_met_exactly_if_there_is_a_way_and_the_way_is_clear(
         return
     assert wave.waves == reachable[b]
     assert_good(path, clearance, a, b)
+    assert path_of(wave, clearance, max_steps=3) == path
     assert len(path) <= reachable[b] + 2
 
 

@@ -9,11 +9,13 @@
 #include "port.h"
 #include "ray.h"
 
-enum { PATTERNS = 4000, MAPS = 6, WALLS = 40, TREE_SAMPLES = 600, FRAMES = 40 };
+enum { PATTERNS = 4000, MAPS = 6, WALLS = 40, BUDGET = 1500, FRAMES = 40 };
 
 static grid_t grid;
 static clearance_t clearance;
-static nav_arena_t arena;
+static wavefront_t wave;
+static planner_t planner;
+static lattice_t way[ROUTE_POINTS];
 static route_t route;
 
 static void tell(const char *name, uint32_t hash) {
@@ -158,35 +160,7 @@ static bool free_place(rng_t *rng, vec2_t *cells) {
   return clearance_nearest_free(&clearance, place(rng, 8.0f, 120.0f), 12, cells);
 }
 
-static uint32_t hash_wave(uint32_t hash, vec2_t start, vec2_t goal, int slice) {
-  wavefront_t *wave = &arena.wavefront;
-  wavefront_start(wave, WAVEFRONT_TO_GOAL, (grid_cell_t){(int)start.x, (int)start.y},
-                  (grid_cell_t){(int)goal.x, (int)goal.y});
-  while (wavefront_extend(wave, &clearance, &grid, slice) == WAVEFRONT_RUNNING) {
-  }
-  int count = wavefront_path(wave, &clearance, route.points_m, ROUTE_POINTS);
-  hash = bits_hash_u32(bits_hash_u32(hash, wave->waves), (uint32_t)wave->status);
-  if (count >= 2) {
-    route_build(&route, &grid, &clearance, count);
-    hash = bits_hash_u32(hash, bits_hash_route(&route));
-  }
-  return hash;
-}
-
-static uint32_t hash_tree(uint32_t hash, vec2_t start, vec2_t goal, uint32_t seed) {
-  rrtstar_t *tree = &arena.rrtstar;
-  rrtstar_config_t cfg = rrtstar_config_default();
-  rrtstar_start(tree, &cfg, &clearance, start, goal, seed);
-  for (int i = 0; i < TREE_SAMPLES; i += 7) {
-    rrtstar_extend(tree, &clearance, 7);
-  }
-  hash = bits_hash_u32(bits_hash_u32(hash, (uint32_t)tree->status), tree->iterations);
-  for (int i = 0; i < tree->count; i++) {
-    const rrtstar_node_t *node = &tree->nodes[i];
-    hash = bits_hash_u32(hash, (uint32_t)node->x << 16 | node->y);
-    hash = bits_hash_float(bits_hash_u32(hash, (uint32_t)node->parent), node->cost_cells);
-  }
-  int count = rrtstar_path(tree, route.points_m, ROUTE_POINTS);
+static uint32_t hash_route(uint32_t hash, int count) {
   if (count >= 2) {
     route_build(&route, &grid, &clearance, count);
     hash = bits_hash_u32(hash, bits_hash_route(&route));
@@ -197,10 +171,62 @@ static uint32_t hash_tree(uint32_t hash, vec2_t start, vec2_t goal, uint32_t see
   return hash;
 }
 
+static uint32_t hash_wave(uint32_t hash, vec2_t start, vec2_t goal, int slice) {
+  wavefront_start(&wave, WAVEFRONT_TO_CELL, (grid_cell_t){(int)start.x, (int)start.y},
+                  (grid_cell_t){(int)goal.x, (int)goal.y});
+  while (wavefront_extend(&wave, &clearance, &grid, slice) == WAVEFRONT_RUNNING) {
+  }
+  int count = WAVEFRONT_WALKING;
+  while (count == WAVEFRONT_WALKING) {
+    count = wavefront_path(&wave, &clearance, way, ROUTE_POINTS, slice);
+  }
+  for (int i = 0; i < count; i++) {
+    route.points_m[i] = lattice_to_cells(way[i]);
+  }
+  hash = bits_hash_u32(bits_hash_u32(hash, wave.waves), (uint32_t)wave.status);
+  return hash_route(hash, count);
+}
+
+static uint32_t hash_tree(uint32_t hash, const tree_t *tree) {
+  for (int i = 0; i < tree->count; i++) {
+    const tree_node_t *node = &tree->nodes[i];
+    hash = bits_hash_u32(hash, (uint32_t)node->at.x << 16 | (uint32_t)node->at.y);
+    hash = bits_hash_float(bits_hash_u32(hash, (uint32_t)node->parent), node->cost_cells);
+  }
+  return hash;
+}
+
+/** The best way, and the tree that looks for a better one. */
+static uint32_t hash_planner(uint32_t hash) {
+  for (int i = 0; i < BUDGET; i += 7) {
+    planner_extend(&planner, &clearance, &grid, 7);
+  }
+  hash = bits_hash_u32(bits_hash_u32(hash, (uint32_t)planner.status), planner.samples);
+  hash = planner.grown ? hash_tree(hash, &planner.search.rrt.tree) : hash;
+  return hash_route(hash, planner_path(&planner, route.points_m, ROUTE_POINTS));
+}
+
+/** A way, the way round what then stands in it, and the way to what is not known. */
+static uint32_t hash_plans(uint32_t hash, vec2_t start, vec2_t goal, uint32_t seed) {
+  planner_config_t cfg = planner_config_default();
+  planner_start(&planner, &cfg, &clearance, start, goal, seed);
+  hash = hash_planner(hash);
+  if (planner.path_count > 2) {
+    vec2_t at = lattice_to_cells(planner.path[1]);
+    grid_set_value(&grid, (int)at.x, (int)at.y, GRID_VALUE_MAX);
+    clearance_mark(&clearance, &grid);
+    clearance_refresh(&clearance, &grid, GRID_SIDE_CELLS);
+    planner_repair(&planner, &clearance, start);
+    hash = hash_planner(hash);
+  }
+  planner_start_frontier(&planner, &cfg, &clearance, start);
+  return hash_planner(hash);
+}
+
 static void rooms(void) {
   uint32_t drawn = BITS_HASH_START;
   uint32_t waves = BITS_HASH_START;
-  uint32_t trees = BITS_HASH_START;
+  uint32_t plans = BITS_HASH_START;
   for (uint32_t seed = 0; seed < MAPS; seed++) {
     rng_t rng = rng_seed(100u + seed);
     vec2_t start;
@@ -210,12 +236,12 @@ static void rooms(void) {
     drawn = bits_hash_u32(drawn, bits_hash_clearance(&clearance));
     if (free_place(&rng, &start) && free_place(&rng, &goal)) {
       waves = hash_wave(waves, start, goal, 5);
-      trees = hash_tree(trees, start, goal, seed);
+      plans = hash_plans(plans, start, goal, seed);
     }
   }
   tell("grid", drawn);
   tell("wavefront", waves);
-  tell("rrtstar", trees);
+  tell("planner", plans);
 }
 
 /** Sensors that say anything, finite or not. */

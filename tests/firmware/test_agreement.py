@@ -37,6 +37,6 @@ def test_what_flights_meet_rarely_is_the_same_on_the_chip(flags: str) -> None:
     there = Chip(build(SCENARIO, flags)).run(b"").output.decode()
     parts = [line.rpartition(" ")[0] for line in here.splitlines()]
     assert parts == [
-        "rng", "angles", "vectors", "wire", "grid", "wavefront", "rrtstar", "absurd input",
+        "rng", "angles", "vectors", "wire", "grid", "wavefront", "planner", "absurd input",
     ]  # fmt: skip
     assert there.splitlines() == here.splitlines()

@@ -44,7 +44,7 @@ static void check_status(const nav_t *nav) {
   const nav_status_t *status = &nav->status;
   REQUIRE(status->state < MISSION_STATES && status->fault < MISSION_REASONS);
   REQUIRE(status->task <= MISSION_TASK_HOME && status->confidence <= 100);
-  REQUIRE(status->known_cells <= GRID_CELLS && status->plan_nodes <= RRTSTAR_NODES);
+  REQUIRE(status->known_cells <= GRID_CELLS && status->plan_nodes <= TREE_NODES);
   REQUIRE(finite2(pose2_position(status->pose)) && finite2(status->goal_m));
   REQUIRE(fabsf(status->pose.yaw_rad) <= 3.1416f);
   REQUIRE(status->path_m >= 0.0f && geometry_is_finite(status->path_m));

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/* Clearance, both searches and the route on arbitrary maps, against plain oracles: distances cell
- * by cell, and a flood fill. */
+/* Clearance, the wave, the planner and the route on arbitrary maps, against plain oracles:
+ * distances cell by cell, and a flood fill. */
 #include "bytes.h"
 #include "clearance.h"
+#include "planner.h"
 #include "route.h"
-#include "rrtstar.h"
 #include "wavefront.h"
 
-enum { SIDE = GRID_SIDE_CELLS, SHAPES_MAX = 24, SAMPLES = 400, PATH_MAX = ROUTE_POINTS };
+enum { SIDE = GRID_SIDE_CELLS, SHAPES_MAX = 24, BUDGET = 4000, PATH_MAX = ROUTE_POINTS };
 
 static const float CELL_M = 0.05f;
 
 static grid_t grid;
 static clearance_t clearance;
 static wavefront_t wave;
-static rrtstar_t rrt;
+static planner_t planner;
 static bool flooded[SIDE * SIDE];
 static int queue[SIDE * SIDE];
 
@@ -97,9 +97,9 @@ static void flood(grid_cell_t start) {
   }
 }
 
-static wavefront_status_t search(wavefront_target_t target, grid_cell_t start, grid_cell_t goal,
+static wavefront_status_t search(wavefront_kind_t kind, grid_cell_t start, grid_cell_t goal,
                                  int waves) {
-  wavefront_start(&wave, target, start, goal);
+  wavefront_start(&wave, kind, start, goal);
   while (wavefront_extend(&wave, &clearance, &grid, waves) == WAVEFRONT_RUNNING) {
   }
   return wave.status;
@@ -120,55 +120,100 @@ static float check_path(const vec2_t *path, int count, vec2_t start, vec2_t goal
   return length;
 }
 
-/** The route is no longer than the path, ends where it ends, and is clear all along. */
+/** The route ends where the path ends, is clear all along, and takes no detour. */
 static void check_route(const vec2_t *path, int count, float length_cells) {
   static route_t route;
   memcpy(route.points_m, path, (size_t)count * sizeof *path);
   route_build(&route, &grid, &clearance, count);
   REQUIRE(route.count >= 2 && route.count <= ROUTE_POINTS);
   float length_m = route_length_m(&route);
-  REQUIRE(length_m <= length_cells * CELL_M + 0.001f);
+  float detour_cells = (float)(2 * ROUTE_STAND_OFF_CELLS * count);
+  REQUIRE(length_m <= (length_cells + detour_cells) * CELL_M);
+  REQUIRE(route_clear_m(&route, &grid, &clearance, 0.0f) >= length_m - 0.01f);
   vec2_t end = grid_to_metres(&grid, path[count - 1]);
   REQUIRE(vec2_distance(route.points_m[route.count - 1], end) < 0.001f);
 }
 
-static void check_searches(bytes_t *bytes) {
-  grid_cell_t start = {take_below(bytes, SIDE), take_below(bytes, SIDE)};
-  grid_cell_t goal = {take_below(bytes, SIDE), take_below(bytes, SIDE)};
-  int waves = 1 + take_below(bytes, 200);
-  uint32_t seed = take_u32(bytes);
-  if (clearance_blocked(&clearance, start.ix, start.iy)) {
-    return;
-  }
-  flood(start);
+static void check_wave(grid_cell_t start, grid_cell_t goal, int waves) {
+  lattice_t lattice[PATH_MAX];
   vec2_t path[PATH_MAX];
-  bool reachable = flooded[goal.iy * SIDE + goal.ix];
-  bool reached = search(WAVEFRONT_TO_GOAL, start, goal, waves) == WAVEFRONT_REACHED;
-  REQUIRE(reached == reachable);
-  int count = wavefront_path(&wave, &clearance, path, PATH_MAX);
+  bool reached = search(WAVEFRONT_TO_CELL, start, goal, waves) == WAVEFRONT_REACHED;
+  REQUIRE(reached == flooded[goal.iy * SIDE + goal.ix]);
+  int count = wavefront_path(&wave, &clearance, lattice, PATH_MAX, SIDE * SIDE);
   REQUIRE(count >= 0 && count <= PATH_MAX && (reached || count == 0));
+  for (int i = 0; i < count; i++) {
+    path[i] = lattice_to_cells(lattice[i]);
+  }
   if (count > 1) {
-    check_route(path, count, check_path(path, count, middle(start), middle(goal)));
+    check_path(path, count, middle(goal), middle(start));
   }
   search(WAVEFRONT_EVERYWHERE, start, goal, waves);
   for (int i = 0; i < SIDE * SIDE; i++) {
     REQUIRE(wavefront_reached(&wave, i % SIDE, i / SIDE) == flooded[i]);
   }
   if (search(WAVEFRONT_TO_FRONTIER, start, goal, waves) == WAVEFRONT_REACHED) {
-    REQUIRE(flooded[wave.goal.iy * SIDE + wave.goal.ix]);
+    REQUIRE(flooded[wave.target.iy * SIDE + wave.target.ix]);
   }
-  const rrtstar_config_t cfg = rrtstar_config_default();
-  rrtstar_start(&rrt, &cfg, &clearance, middle(start), middle(goal), seed);
-  rrtstar_status_t status = rrtstar_extend(&rrt, &clearance, SAMPLES);
-  REQUIRE(rrt.count <= RRTSTAR_NODES);
-  REQUIRE(status != RRTSTAR_FOUND || reachable);
-  count = rrtstar_path(&rrt, path, PATH_MAX);
-  REQUIRE(count >= 0 && count <= PATH_MAX);
+}
+
+/** Spend the budget; what the planner says of a way must be true. */
+static void check_planner(grid_cell_t start, grid_cell_t goal, int slice) {
+  vec2_t path[PATH_MAX];
+  for (int spent = 0; spent < BUDGET && !planner_enough(&planner); spent += slice) {
+    planner_extend(&planner, &clearance, &grid, slice);
+  }
+  bool reachable = flooded[goal.iy * SIDE + goal.ix];
+  planner_status_t status = planner.status;
+  REQUIRE(status != PLANNER_START_BLOCKED);
+  REQUIRE((status == PLANNER_GOAL_BLOCKED) == clearance_blocked(&clearance, goal.ix, goal.iy));
+  REQUIRE(status != PLANNER_FOUND || reachable);
+  REQUIRE(status != PLANNER_NO_WAY || !reachable);
+  REQUIRE(planner_nodes(&planner) <= TREE_NODES);
+  if (status == PLANNER_NO_WAY) {
+    vec2_t nearest = planner_nearest(&planner);
+    REQUIRE(flooded[(int)nearest.y * SIDE + (int)nearest.x]);
+  }
+  int count = planner_path(&planner, path, PATH_MAX);
+  REQUIRE(count >= 0 && count <= PATH_MAX && (count > 0) == (status == PLANNER_FOUND));
   if (count > 1) {
     float length = check_path(path, count, middle(start), middle(goal));
-    REQUIRE(fabsf(length - rrt.best_cells) <= 0.001f * length + 0.05f);
+    REQUIRE(fabsf(length - planner.best_cells) <= 0.001f * length + 0.05f);
     check_route(path, count, length);
   }
+}
+
+/** A wall appears; the planner mends its way. */
+static void check_repair(bytes_t *bytes, grid_cell_t start, grid_cell_t goal, int slice) {
+  int x = take_below(bytes, SIDE);
+  int y = take_below(bytes, SIDE);
+  for (int i = take_below(bytes, SIDE); i >= 0; i--) {
+    grid_set_value(&grid, x, y + i, GRID_VALUE_MAX);
+  }
+  clearance_mark(&clearance, &grid);
+  REQUIRE(clearance_refresh(&clearance, &grid, SIDE) == 0);
+  if (!clearance_blocked(&clearance, start.ix, start.iy)) {
+    flood(start);
+    planner_repair(&planner, &clearance, middle(start));
+    check_planner(start, goal, slice);
+  }
+}
+
+static void check_searches(bytes_t *bytes) {
+  grid_cell_t start = {take_below(bytes, SIDE), take_below(bytes, SIDE)};
+  grid_cell_t goal = {take_below(bytes, SIDE), take_below(bytes, SIDE)};
+  int slice = 1 + take_below(bytes, 200);
+  uint32_t seed = take_u32(bytes);
+  if (clearance_blocked(&clearance, start.ix, start.iy)) {
+    return;
+  }
+  flood(start);
+  check_wave(start, goal, slice);
+  planner_config_t cfg = planner_config_default();
+  cfg.adaptive = take_below(bytes, 2) != 0;
+  cfg.grid_only = take_below(bytes, 4) == 3;
+  planner_start(&planner, &cfg, &clearance, middle(start), middle(goal), seed);
+  check_planner(start, goal, slice);
+  check_repair(bytes, start, goal, slice);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

@@ -128,7 +128,6 @@ def test_a_goal_is_met_exactly_if_there_is_a_way_and_the_way_is_clear(
         return
     assert wave.waves == reachable[b]
     assert_good(path, clearance, a, b)
-    assert path_of(wave, clearance, max_steps=3) == path
     assert len(path) <= reachable[b] + 2
 
 

@@ -91,7 +91,7 @@ static void tie_frames(nav_t *nav, pose2_t odometry_before) {
     slam_tie(&nav->slam, odometry, nav->pose);
   }
   slam_predict(&nav->slam, odometry, nav->tick_s);
-  nav->pose = nav->slam.pose;
+  nav->pose = slam_pose(&nav->slam);
 }
 
 static bool may_map(const nav_t *nav) {
@@ -140,7 +140,7 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   bool busy =
       fresh || map_slice(nav); // a fresh set has the route looked along, which is work enough
   clearance_refresh(&nav->clearance, &nav->grid, CLEARANCE_ROWS_PER_TICK);
-  nav->pose = nav->slam.pose;
+  nav->pose = slam_pose(&nav->slam);
 
   nav_watch(nav);
   if (!busy) {

@@ -7,7 +7,7 @@
 
 #include "slam_match.h"
 
-enum { X, Y, YAW, BIAS, SCALE, ITERATIONS = 3, MATCHED_MIN = 8, REJECTED_MAX = 2 };
+enum { ITERATIONS = 3, MATCHED_MIN = 8, REJECTED_MAX = 2 };
 
 enum {
   PAIRS = 2, ///< of beams in a set: what is drawn in one go
@@ -16,35 +16,31 @@ enum {
 };
 
 static const float DEG = 0.0174532925f;
-static const float BIAS_WALK_RPS = 5.2e-5f; ///< 0.003 deg/s per square root of a second
-static const float SCALE_WALK = 0.002f;
-static const float EXPLORING = 0.2f; ///< fewer matched ends than this share: new ground
-static const float FITTING = 0.5f;   ///< share of the matched ends that must agree
+static const float EXPLORING = 0.2f;    ///< fewer matched ends than this share: new ground
+static const float FITTING = 0.5f;      ///< share of the matched ends that must agree
+static const float YAW_CAP_RAD = 0.08f; ///< no mini-scan tells the yaw better than this
+static const float LOST_M = 0.1f;       ///< position's deviation at which confidence is a half
 
 slam_config_t slam_config_default(void) {
   return (slam_config_t){
       .move_m = 0.03f,
-      .turn_rad = 2.0f * DEG,
-      .window_ms = 1500u,
+      .turn_rad = 1.5f * DEG,
+      .window_ms = 2000u,
       .kernel_m = 0.15f,
       .range_sd_m = 0.04f,
-      .range_sd_per_m = 0.015f,
-      .robust = 4.0f,
-      .information = 0.25f,
-      .flow_sd_per_m = 0.01f,
-      .flow_sd_mps = 0.012f,
-      .yaw_sd_rps = 0.03f * DEG,
-      .bias_sd_rps = 0.1f * DEG,
-      .scale_sd = 0.06f,
+      .range_sd_per_m = 0.0094f,
+      .robust = 5.8f,
+      .information = 0.21f,
+      .noise =
+          {
+              .flow_sd_per_m = 0.01f,
+              .flow_sd_mps = 0.011f,
+              .yaw_sd_rps = 0.03f * DEG,
+              .bias_sd_rps = 0.11f * DEG,
+              .scale_sd = 0.057f,
+              .drift_sd_mps = 0.012f,
+          },
   };
-}
-
-static void reset_covariance(slam_t *slam) {
-  memset(slam->covariance, 0, sizeof slam->covariance);
-  slam->covariance[X][X] = slam->covariance[Y][Y] = 1.0e-4f;
-  slam->covariance[YAW][YAW] = 0.25f * DEG * DEG;
-  slam->covariance[BIAS][BIAS] = slam->cfg.bias_sd_rps * slam->cfg.bias_sd_rps;
-  slam->covariance[SCALE][SCALE] = slam->cfg.scale_sd * slam->cfg.scale_sd;
 }
 
 void slam_init(slam_t *slam, const slam_config_t *cfg, bool enabled, pose2_t pose_odom,
@@ -52,85 +48,34 @@ void slam_init(slam_t *slam, const slam_config_t *cfg, bool enabled, pose2_t pos
   memset(slam, 0, sizeof *slam);
   slam->cfg = *cfg;
   slam->enabled = enabled;
+  slam_filter_init(&slam->filter, &cfg->noise, map_pose);
+  slam_walls_init(&slam->walls);
   slam_tie(slam, pose_odom, map_pose);
-  reset_covariance(slam);
 }
 
 void slam_tie(slam_t *slam, pose2_t pose_odom, pose2_t map_pose) {
-  slam->pose = map_pose;
+  slam->filter.pose = map_pose;
   slam->odometry = pose_odom;
   slam->count = slam->closed = slam->taken = 0;
   slam->stage = SLAM_GATHERING;
+  slam->window_start_ms = 0;
+  slam->has_waiting = false;
+  slam_walls_break(&slam->walls);
+}
+
+pose2_t slam_pose(const slam_t *slam) {
+  return slam->filter.pose;
 }
 
 pose2_t slam_to_map(const slam_t *slam, pose2_t pose_odom) {
-  return pose2_compose(slam->pose, pose2_compose(pose2_inverse(slam->odometry), pose_odom));
+  return pose2_compose(slam->filter.pose, pose2_compose(pose2_inverse(slam->odometry), pose_odom));
 }
 
 void slam_predict(slam_t *slam, pose2_t pose_odom, float elapsed_s) {
   pose2_t step = pose2_compose(pose2_inverse(slam->odometry), pose_odom);
-  step.x_m *= 1.0f - slam->scale;
-  step.y_m *= 1.0f - slam->scale;
-  step.yaw_rad -= slam->bias_rps * elapsed_s;
-  slam->pose = pose2_compose(slam->pose, step);
+  step = slam_filter_move(&slam->filter, step, elapsed_s);
+  slam->walls.dead = pose2_compose(slam->walls.dead, step);
   slam->odometry = pose_odom;
-}
-
-/** covariance = F covariance F' + Q over the motion of one mini-scan; F is the identity plus a few
- * terms. */
-__attribute__((noinline)) static void predict_covariance(slam_t *slam, vec2_t moved_m,
-                                                         float elapsed_s) {
-  const float row_x[SLAM_STATES] = {1.0f, 0.0f, -moved_m.y, 0.5f * moved_m.y * elapsed_s,
-                                    -moved_m.x};
-  const float row_y[SLAM_STATES] = {0.0f, 1.0f, moved_m.x, -0.5f * moved_m.x * elapsed_s,
-                                    -moved_m.y};
-  const float row_yaw[SLAM_STATES] = {0.0f, 0.0f, 1.0f, -elapsed_s, 0.0f};
-  const float *rows[3] = {row_x, row_y, row_yaw};
-  for (int pass = 0; pass < 2; pass++) {
-    for (int column = 0; column < SLAM_STATES; column++) {
-      float result[3];
-      for (int a = 0; a < 3; a++) {
-        result[a] = 0.0f;
-        for (int k = 0; k < SLAM_STATES; k++) {
-          float c = pass == 0 ? slam->covariance[k][column] : slam->covariance[column][k];
-          result[a] += rows[a][k] * c;
-        }
-      }
-      for (int a = 0; a < 3; a++) {
-        *(pass == 0 ? &slam->covariance[a][column] : &slam->covariance[column][a]) = result[a];
-      }
-    }
-  }
-  float along_m = slam->cfg.flow_sd_per_m * vec2_norm(moved_m);
-  float flow_m2 = slam->cfg.flow_sd_mps * slam->cfg.flow_sd_mps * elapsed_s + along_m * along_m;
-  slam->covariance[X][X] += flow_m2;
-  slam->covariance[Y][Y] += flow_m2;
-  slam->covariance[YAW][YAW] += slam->cfg.yaw_sd_rps * slam->cfg.yaw_sd_rps * elapsed_s;
-  slam->covariance[BIAS][BIAS] += BIAS_WALK_RPS * BIAS_WALK_RPS * elapsed_s;
-  slam->covariance[SCALE][SCALE] += SCALE_WALK * SCALE_WALK * elapsed_s;
-}
-
-/** @return false if the matrix cannot be inverted */
-static bool invert3(const float *const m[3], float inverse[3][3]) {
-  for (int a = 0; a < 3; a++) {
-    for (int b = 0; b < 3; b++) {
-      int r0 = (b + 1) % 3;
-      int r1 = (b + 2) % 3;
-      int c0 = (a + 1) % 3;
-      int c1 = (a + 2) % 3;
-      inverse[a][b] = m[r0][c0] * m[r1][c1] - m[r0][c1] * m[r1][c0];
-    }
-  }
-  float determinant = m[0][0] * inverse[0][0] + m[0][1] * inverse[1][0] + m[0][2] * inverse[2][0];
-  if (!(fabsf(determinant) > 1.0e-30f)) {
-    return false;
-  }
-  for (int a = 0; a < 3; a++) {
-    for (int b = 0; b < 3; b++) {
-      inverse[a][b] /= determinant;
-    }
-  }
-  return true;
 }
 
 static void multiply3(float m[3][3], const float v[3], float result[3]) {
@@ -139,9 +84,8 @@ static void multiply3(float m[3][3], const float v[3], float result[3]) {
   }
 }
 
-/** Where the last closed set was measured, by the present estimate. */
-static pose2_t newest_pose(const slam_t *slam) {
-  return slam_to_map(slam, slam->frames[slam->closed - 1].pose);
+static const scan_frame_t *newest(const slam_t *slam) {
+  return &slam->frames[slam->closed - 1];
 }
 
 /** The mini-scan is complete: from here on it is matched, a pass at a time. */
@@ -149,41 +93,61 @@ static void close_window(slam_t *slam) {
   slam->closed = slam->count < SLAM_WINDOW ? slam->count : SLAM_WINDOW;
   slam->taken = 0;
   slam->stage = slam->enabled ? SLAM_MATCHING : SLAM_DRAWING;
-  slam->predicted = newest_pose(slam);
+  slam->predicted = slam_to_map(slam, newest(slam)->pose);
   memset(slam->correction, 0, sizeof slam->correction);
   slam->pass = 0;
 }
 
-/** Prediction of the covariance to the closed window's end. @return false if it cannot be inverted
- */
+/** Let uncertainty grow to the closed window's end. @return false if the filter has broken down; it
+ * is then as new */
 static bool begin_match(slam_t *slam) {
-  uint32_t elapsed_ms = slam->frames[slam->closed - 1].time_ms - slam->frames[0].time_ms;
+  uint32_t elapsed_ms = newest(slam)->time_ms - slam->window_start_ms;
   vec2_t moved_m = vec2_sub(pose2_position(slam->predicted), pose2_position(slam->window_start));
-  predict_covariance(slam, moved_m, (float)elapsed_ms * 0.001f);
-  const float *pose_covariance[3] = {slam->covariance[X], slam->covariance[Y],
-                                     slam->covariance[YAW]};
-  return invert3(pose_covariance, slam->prior);
+  float turned_rad = geometry_wrap_rad(slam->predicted.yaw_rad - slam->window_start.yaw_rad);
+  slam->window_start_ms = newest(slam)->time_ms;
+  slam_filter_grow(&slam->filter, &slam->cfg.noise, moved_m, turned_rad,
+                   (float)elapsed_ms * 0.001f);
+  if (slam_filter_information(&slam->filter, slam->prior)) {
+    return true;
+  }
+  slam_filter_forget(&slam->filter, &slam->cfg.noise);
+  return false;
+}
+
+/** A common error of the whole mini-scan's yaw, as if it had been measured along: (H^-1 + D)^-1 for
+ * D = YAW_CAP_RAD^2 on the yaw alone. */
+static void cap_yaw(slam_match_t *match) {
+  const float *row = match->hessian[2];
+  const float column[3] = {row[0], row[1], row[2]};
+  float scale = 1.0f / (1.0f / (YAW_CAP_RAD * YAW_CAP_RAD) + column[2]);
+  float pull = scale * match->gradient[2];
+  for (int a = 0; a < 3; a++) {
+    match->gradient[a] -= column[a] * pull;
+    for (int b = 0; b < 3; b++) {
+      match->hessian[a][b] -= column[a] * column[b] * scale;
+    }
+  }
 }
 
 /** One Gauss-Newton step from the prediction; the last pass only judges. @return false if singular
  */
 __attribute__((noinline)) static bool match_pass(slam_t *slam, const grid_t *grid,
                                                  float posterior[3][3], slam_match_t *match) {
-  pose2_t pose = {slam->predicted.x_m + slam->correction[X],
-                  slam->predicted.y_m + slam->correction[Y],
-                  slam->predicted.yaw_rad + slam->correction[YAW]};
+  pose2_t pose = {slam->predicted.x_m + slam->correction[0],
+                  slam->predicted.y_m + slam->correction[1],
+                  slam->predicted.yaw_rad + slam->correction[2]};
   slam_match(slam, grid, pose, match);
+  cap_yaw(match);
   float pull[3];
   float total[3][3];
   multiply3(slam->prior, slam->correction, pull);
   for (int a = 0; a < 3; a++) {
-    pull[a] = slam->cfg.information * match->gradient[a] - pull[a];
+    pull[a] = match->gradient[a] - pull[a];
     for (int b = 0; b < 3; b++) {
-      total[a][b] = slam->cfg.information * match->hessian[a][b] + slam->prior[a][b];
+      total[a][b] = match->hessian[a][b] + slam->prior[a][b];
     }
   }
-  const float *rows[3] = {total[0], total[1], total[2]};
-  if (!invert3(rows, posterior)) {
+  if (!slam_filter_invert(total, posterior)) {
     return false;
   }
   float step[3];
@@ -194,43 +158,12 @@ __attribute__((noinline)) static bool match_pass(slam_t *slam, const grid_t *gri
   return true;
 }
 
-/** Spread the correction of the pose over all states, and shrink the covariance by what the fit
- * told: gain = covariance[:, pose] prior; covariance -= gain (prior^-1 - posterior) gain'. */
-__attribute__((noinline)) static void correct(slam_t *slam, float posterior[3][3]) {
-  float(*prior)[3] = slam->prior;
-  const float *correction = slam->correction;
-  float gain[SLAM_STATES][3];
-  float told[3][3];
-  for (int s = 0; s < SLAM_STATES; s++) {
-    for (int a = 0; a < 3; a++) {
-      gain[s][a] = slam->covariance[s][0] * prior[0][a] + slam->covariance[s][1] * prior[1][a] +
-                   slam->covariance[s][2] * prior[2][a];
-    }
-  }
-  for (int a = 0; a < 3; a++) {
-    for (int b = 0; b < 3; b++) {
-      told[a][b] = slam->covariance[a][b] - posterior[a][b];
-    }
-  }
-  for (int s = 0; s < SLAM_STATES; s++) {
-    float row[3];
-    for (int b = 0; b < 3; b++) {
-      row[b] = gain[s][0] * told[0][b] + gain[s][1] * told[1][b] + gain[s][2] * told[2][b];
-    }
-    for (int t = 0; t < SLAM_STATES; t++) {
-      slam->covariance[s][t] -= row[0] * gain[t][0] + row[1] * gain[t][1] + row[2] * gain[t][2];
-    }
-  }
-  slam->bias_rps +=
-      gain[BIAS][0] * correction[0] + gain[BIAS][1] * correction[1] + gain[BIAS][2] * correction[2];
-  slam->scale += gain[SCALE][0] * correction[0] + gain[SCALE][1] * correction[1] +
-                 gain[SCALE][2] * correction[2];
-  slam->scale = geometry_clamp(slam->scale, -0.3f, 0.3f);
-  slam->bias_rps = geometry_clamp(slam->bias_rps, -2.0f * DEG, 2.0f * DEG);
-  pose2_t before = newest_pose(slam);
-  pose2_t after = {before.x_m + correction[X], before.y_m + correction[Y],
-                   geometry_wrap_rad(before.yaw_rad + correction[YAW])};
-  slam->pose = pose2_compose(after, pose2_compose(pose2_inverse(before), slam->pose));
+/** 100 where the position is known, 50 at LOST_M, half of it for each mini-scan that did not fit; 0
+ * if the filter does not know. */
+static uint8_t confidence(const slam_t *slam) {
+  float off = slam_filter_sd_m(&slam->filter) / LOST_M;
+  float percent = 100.0f / (1.0f + off * off);
+  return percent >= 0.0f ? (uint8_t)((uint32_t)percent >> slam->rejected) : 0;
 }
 
 /** Believe the match or not, and let the sets be drawn unless they contradict the map. */
@@ -240,22 +173,28 @@ static void end_match(slam_t *slam, bool solved, const slam_match_t *match, floa
   bool known_ground = enough && (float)match->matched >= EXPLORING * (float)match->ends;
   slam->stage = SLAM_DRAWING;
   if (fits) {
-    correct(slam, posterior);
+    pose2_t before = slam_to_map(slam, newest(slam)->pose);
+    slam_filter_correct(&slam->filter, slam->prior, slam->correction, posterior,
+                        pose2_position(before));
     slam->rejected = 0;
-  } else if (known_ground && ++slam->rejected <= REJECTED_MAX) {
+  } else if (known_ground && slam->rejected < REJECTED_MAX) {
+    slam->rejected++;
     slam->taken = (uint8_t)(PAIRS * slam->closed);
   }
-  float sd_m = sqrtf(geometry_clamp(slam->covariance[X][X] + slam->covariance[Y][Y], 0.0f, 100.0f));
-  slam->confidence = (uint8_t)(100.0f / (1.0f + 10.0f * sd_m));
+  if (slam->has_waiting) {
+    slam_walls_tell(&slam->walls, &slam->filter, slam->waiting);
+    slam->has_waiting = false;
+  }
+  slam->confidence = solved ? confidence(slam) : 0;
 }
 
 /** The closed sets are drawn: those that came meanwhile begin the next mini-scan. */
 static void reopen(slam_t *slam) {
+  slam->window_start = slam_to_map(slam, newest(slam)->pose);
   slam->count = (uint8_t)(slam->count - slam->closed);
   memmove(slam->frames, &slam->frames[slam->closed], slam->count * sizeof slam->frames[0]);
   slam->closed = slam->taken = 0;
   slam->stage = SLAM_GATHERING;
-  slam->window_start = slam_to_map(slam, slam->frames[0].pose);
 }
 
 bool slam_work(slam_t *slam, const grid_t *grid) {
@@ -285,10 +224,32 @@ static bool moved_enough(const slam_t *slam, const scan_frame_t *frame) {
          fabsf(step.yaw_rad) > slam->cfg.turn_rad;
 }
 
+/** Lines that the beams draw along walls. */
+static void look_for_walls(slam_t *slam, const scan_frame_t *frame) {
+  pose2_t since = pose2_compose(pose2_inverse(slam->odometry), frame->pose);
+  pose2_t dead_then = pose2_compose(slam->walls.dead, since);
+  for (int beam = 0; beam < SCAN_BEAMS; beam++) {
+    slam_bearing_t bearing;
+    if (!slam_walls_add(&slam->walls, frame, dead_then, beam, &bearing)) {
+      continue;
+    }
+    if (slam->stage == SLAM_MATCHING) {
+      slam->waiting = bearing;
+      slam->has_waiting = true;
+    } else {
+      slam_walls_tell(&slam->walls, &slam->filter, bearing);
+    }
+  }
+}
+
 void slam_update(slam_t *slam, const scan_frame_t *frame) {
+  if (slam->enabled) {
+    look_for_walls(slam, frame);
+  }
   if (slam->count < SLAM_FRAMES && (!slam->enabled || moved_enough(slam, frame))) {
-    if (slam->count == 0) {
+    if (slam->window_start_ms == 0) {
       slam->window_start = slam_to_map(slam, frame->pose);
+      slam->window_start_ms = frame->time_ms;
     }
     slam->frames[slam->count++] = *frame;
   }

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /** @file slam.h  Where the drone stands in the map, from odometry and a few beams. Stage 2, before
- * the grid. A small extended Kalman filter over x, y, yaw, gyro bias and flow scale. Odometry
- * predicts. Measured sets are gathered over a short motion into a mini-scan; its beam ends are
- * matched point to line against the grid (local mean and normal of the occupied cells around each
- * end, in the manner of the normal distributions transform, Biber and Strasser, IROS 2003) by
- * Gauss-Newton with the prediction as prior (iterated EKF, Bell and Cathey 1993) and Geman-McClure
- * weights. Only afterwards are the sets handed on to be drawn: a scan never matches itself. Not
- * here yet: loop closing, relocalisation, wall directions. */
+ * the grid. Odometry predicts a Kalman filter (slam_filter.h). Measured sets are gathered over a
+ * short motion into a mini-scan; its beam ends are matched point to line against the grid
+ * (slam_match.h) by Gauss-Newton with the prediction as prior (iterated EKF, Bell and Cathey 1993).
+ * Directions of walls turn it (slam_walls.h). Only afterwards are the sets handed on to be drawn: a
+ * scan never matches itself. Not here yet: loop closing, relocalisation. */
 #ifndef SLAM_H
 #define SLAM_H
 
@@ -16,11 +14,12 @@
 #include "geometry.h"
 #include "grid.h"
 #include "scan.h"
+#include "slam_filter.h"
+#include "slam_walls.h"
 
 enum {
   SLAM_WINDOW = 8,  ///< sets of a mini-scan
   SLAM_FRAMES = 13, ///< and room for those that come while it is matched and drawn
-  SLAM_STATES = 5,
 };
 
 /** What is done with the mini-scan now; the slices do not change the result. */
@@ -36,21 +35,17 @@ typedef struct {
   float robust;         ///< Geman-McClure bound, in standard deviations
   float information;    ///< share of the match's information that is believed: beams of a set share
                         ///< their errors
-  float flow_sd_per_m;  ///< random part of odometry, per metre flown
-  float flow_sd_mps;    ///< and per square root of a second
-  float yaw_sd_rps;     ///< per square root of a second
-  float bias_sd_rps;    ///< of the gyro bias at the start
-  float scale_sd;       ///< of the flow scale at the start
+  slam_noise_t noise;
 } slam_config_t;
 
 typedef struct {
   slam_config_t cfg;
   bool enabled;     ///< else a pass-through: odometry as it is
-  pose2_t pose;     ///< map frame, now
   pose2_t odometry; ///< odometry frame, now
-  float bias_rps;
-  float scale; ///< odometry reads this share too long
-  float covariance[SLAM_STATES][SLAM_STATES];
+  slam_filter_t filter;
+  slam_walls_t walls;
+  slam_bearing_t waiting; ///< until the match is over: the filter must not change under it
+  bool has_waiting;
   scan_frame_t frames[SLAM_FRAMES];
   uint8_t count;    ///< frames held
   uint8_t closed;   ///< of these, in the mini-scan that is matched or drawn
@@ -58,11 +53,12 @@ typedef struct {
   uint8_t rejected; ///< mini-scans in a row that did not fit
   slam_stage_t stage;
   uint8_t pass;         ///< of the match
+  uint8_t confidence;   ///< 0..100 [%]
   pose2_t predicted;    ///< of the newest closed frame, map frame, when the window closed
   float prior[3][3];    ///< inverse covariance of the predicted pose
   float correction[3];  ///< of the predicted pose, so far
-  pose2_t window_start; ///< map frame, at the first frame
-  uint8_t confidence;   ///< 0..100 [%]
+  pose2_t window_start; ///< map frame, where the mini-scan before ended
+  uint32_t window_start_ms;
 } slam_t;
 
 slam_config_t slam_config_default(void);
@@ -74,13 +70,15 @@ void slam_init(slam_t *slam, const slam_config_t *cfg, bool enabled, pose2_t pos
 void slam_tie(slam_t *slam, pose2_t pose_odom, pose2_t map_pose);
 /** Odometry of this tick. */
 void slam_predict(slam_t *slam, pose2_t pose_odom, float elapsed_s);
-/** Take a measured set. One that comes while there is no room is dropped. */
+/** Take a measured set. One that comes while there is no room is not drawn. */
 void slam_update(slam_t *slam, const scan_frame_t *frame);
 /** One slice of matching, if there is anything to match. @return true if it worked */
 bool slam_work(slam_t *slam, const grid_t *grid);
 /** The next pair of beams to draw (front and back, then left and right of a set) and the pose to
  * draw them at; false if there is none now. */
 bool slam_take(slam_t *slam, scan_frame_t *frame, pose2_t *map_pose);
+/** Map frame, now. */
+pose2_t slam_pose(const slam_t *slam);
 /** A recent pose of the odometry frame in the map. */
 pose2_t slam_to_map(const slam_t *slam, pose2_t pose_odom);
 

@@ -11,6 +11,10 @@ static const uint32_t OCCUPIED_BITS = 0x88888888u;
 static const float FAR_CELLS = 1.0e5f;      ///< a step that diverged: no wall is there
 static const float WEIGHT_MIN = 2.0f;       ///< lighter neighbourhoods are no wall
 static const float LENGTH_MIN_CELLS = 0.4f; ///< shorter ones have no direction
+static const float SQUARE_MIN = 0.765f;     ///< cosine of the largest incidence: 40 degrees
+static const float ASIDE_MAX_M = 0.13f;     ///< of an end from the middle of its wall, along it
+static const float LINE_SD_M = 0.020f;      ///< of the cells of a wall, at least
+static const float LINE_WEIGHT = 0.63f;     ///< independent hits for each unit of weight
 
 /** Weighted moments of the occupied cells around a point, relative to it, in cells. */
 typedef struct {
@@ -64,6 +68,8 @@ typedef struct {
   vec2_t normal;
   float flatness; ///< 0 a blob .. 1 a line
   float thickness_m2;
+  float length_m2; ///< variance along the wall
+  float weight;    ///< of the cells that it was made from
 } wall_t;
 
 __attribute__((noinline)) static bool find_wall(const slam_t *slam, const grid_t *grid,
@@ -90,20 +96,31 @@ __attribute__((noinline)) static bool find_wall(const slam_t *slam, const grid_t
   wall->normal = norm > 1.0e-9f ? vec2_scale(normal, 1.0f / norm) : (vec2_t){1.0f, 0.0f};
   wall->offset_m = vec2_scale((vec2_t){mx, my}, grid->cell_m);
   wall->flatness = (longest - least) / longest;
+  wall->length_m2 = longest * grid->cell_m * grid->cell_m;
+  wall->weight = sum.weight;
   wall->thickness_m2 = least * grid->cell_m * grid->cell_m;
   return true;
 }
 
-/** One beam end's share: arm is the end relative to the body, map directions. */
-static void add_end(const slam_t *slam, const wall_t *wall, vec2_t arm_m, float range_m,
-                    slam_match_t *match) {
+/** One beam end's share: ray leads from the body to the end, arm is the end relative to the newest
+ * body, both in map directions. A wall seen obliquely stands too near, because a cone reports what
+ * is nearest in it; and a line reaches no farther than what it was drawn from. */
+static void add_end(const slam_t *slam, const wall_t *wall, vec2_t arm_m, vec2_t ray_m,
+                    float range_m, slam_match_t *match) {
+  float square_m = vec2_dot(wall->normal, ray_m);
+  float aside_m = wall->offset_m.x * wall->normal.y - wall->offset_m.y * wall->normal.x;
+  if (fabsf(square_m) < SQUARE_MIN * range_m || fabsf(aside_m) > ASIDE_MAX_M) {
+    return;
+  }
   float sd_m = slam->cfg.range_sd_m + slam->cfg.range_sd_per_m * range_m;
-  float information = wall->flatness / (wall->thickness_m2 + sd_m * sd_m);
+  float line_m2 = (wall->thickness_m2 + LINE_SD_M * LINE_SD_M) *
+                  (1.0f + aside_m * aside_m / wall->length_m2) / (LINE_WEIGHT * wall->weight);
+  float information = wall->flatness / (line_m2 + sd_m * sd_m);
   float error_m = vec2_dot(wall->offset_m, wall->normal);
   float mahalanobis2 = information * error_m * error_m;
   float bound2 = slam->cfg.robust * slam->cfg.robust;
   float weight = bound2 / (bound2 + mahalanobis2);
-  weight = weight * weight * information;
+  weight = weight * weight * information * slam->cfg.information;
   const float jacobian[3] = {wall->normal.x, wall->normal.y,
                              -wall->normal.x * arm_m.y + wall->normal.y * arm_m.x};
   for (int a = 0; a < 3; a++) {
@@ -133,7 +150,8 @@ void slam_match(const slam_t *slam, const grid_t *grid, pose2_t pose, slam_match
       wall_t wall;
       match->ends++;
       if (find_wall(slam, grid, end_m, &wall)) {
-        add_end(slam, &wall, vec2_sub(end_m, pose2_position(pose)), frame->range_m[beam], match);
+        add_end(slam, &wall, vec2_sub(end_m, pose2_position(pose)), ray, frame->range_m[beam],
+                match);
       }
     }
   }

@@ -39,7 +39,7 @@ def test_it_is_a_whole_flight_through_all_stages() -> None:
     assert nav.grid.known > 3_000
     assert abs(test.pose.x_m - 2.0) < 0.15
     # The odometry errs, and the map's pose must not follow it: SLAM has worked.
-    error_m = abs(nav.slam.pose.x_m - test.pose.x_m)
+    error_m = abs(nav.slam.filter.pose.x_m - test.pose.x_m)
     assert error_m < 0.5 * abs(test.input.odometry.pose.x_m - test.pose.x_m)
 
 
@@ -77,9 +77,9 @@ def bend_one_bit(field: CData) -> None:
     [
         (0, "cfg.follower.speed_mps"),
         (25, "height_sp_m"),
-        (200, "slam.pose.yaw_rad"),
-        (500, "slam.pose.y_m"),
-        (600, "route.points_m"),
+        (200, "slam.filter.pose.yaw_rad"),
+        (500, "slam.filter.pose.y_m"),
+        (660, "route.points_m"),
     ],
 )
 def test_one_bit_of_what_is_decided_by_changes_the_number(tick: int, what: str) -> None:

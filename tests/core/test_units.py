@@ -9,13 +9,13 @@ import pytest
 from tests.tools.objects import CORE
 
 UNITS = {
-    "m", "m2", "m3", "s", "s2", "ms", "us", "rad", "rad2", "mps", "mps2", "rps", "v", "cells",
-    "logodds", "per_m", "per_s", "per_cell",
+    "m", "m2", "m3", "s", "s2", "ms", "us", "rad", "rad2", "mps", "mps2", "m2ps2", "rps", "v",
+    "cells", "logodds", "per_m", "per_s", "per_cell", "s_per_m",
 }  # fmt: skip
 # Names without a unit: components, ratios, and what has the unit of its argument.
 PLAIN = {
     "correction",
-    "prior",
+    "prior", "posterior", "inverse", "off",
     "x", "y", "sin", "cos", "a", "b", "v", "p", "value", "low", "high", "factor", "fraction",
     "max_norm", "stop_ratio", "t_x", "t_y", "dt_x", "dt_y", "away", "robust", "information",
     "scale", "scale_sd", "covariance", "hessian", "gradient", "points",

@@ -108,9 +108,9 @@ uint32_t bits_hash_nav(const nav_t *nav) {
   uint32_t hash = bits_hash_grid(&nav->grid);
   hash = bits_hash_u32(hash, bits_hash_clearance(&nav->clearance));
   hash = bits_hash_u32(hash, bits_hash_route(&nav->route));
-  hash = bits_hash_float(bits_hash_float(hash, nav->slam.bias_rps), nav->slam.scale);
-  for (int i = 0; i < SLAM_STATES * SLAM_STATES; i++) {
-    hash = bits_hash_float(hash, nav->slam.covariance[i / SLAM_STATES][i % SLAM_STATES]);
+  hash = bits_hash_float(bits_hash_float(hash, nav->slam.filter.bias_rps), nav->slam.filter.scale);
+  for (int i = 0; i < SLAM_PAIRS; i++) {
+    hash = bits_hash_float(hash, nav->slam.filter.covariance[i]);
   }
   return hash;
 }

@@ -56,7 +56,8 @@ def _library() -> tuple[CData, CData]:
 
 def _configured(default: CData, changes: Mapping[str, float]) -> CData:
     for name, value in changes.items():
-        setattr(default, name, value)
+        owner, _, field = name.rpartition(".")
+        setattr(getattr(default, owner) if owner else default, field, value)
     return default
 
 

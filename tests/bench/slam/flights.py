@@ -66,12 +66,12 @@ def _sheared(room: Room, poses: Array, shear_deg: float) -> tuple[Array, Array]:
 def _publish(
     rangers: Rangers, poses: Array, people: list[Array], rng: np.random.Generator
 ) -> Array:
-    """A new set every 100 ms, measured 70 to 90 ms before it appears."""
+    """A new set every 100 ms, measured 70 to 90 ms earlier, noticed up to a tick late."""
     ticks = len(poses)
     period = RANGE_PERIOD_STEPS // STEPS_PER_TICK
     shown = np.arange(int(rng.integers(period)), ticks, period)
     first, last = RANGE_AGE_STEPS
-    age_ticks = rng.integers(first, last + 1, len(shown)) / STEPS_PER_TICK
+    age_ticks = rng.integers(first, last + 1, len(shown)) / STEPS_PER_TICK + rng.random()
     measured = np.maximum(shown - age_ticks, 0.0)
     at = np.arange(ticks)
     then = np.stack([np.interp(measured, at, column) for column in poses.T], axis=1)

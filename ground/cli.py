@@ -244,13 +244,18 @@ def bench_slam(
         Path | None,
         typer.Option(exists=True, dir_okay=False, help="A recorded flight (.npz) as well."),
     ] = None,
+    against: Annotated[
+        str | None, typer.Option(help="pf: fly a classic particle filter as well.")
+    ] = None,
 ) -> None:
     """Fly the core's SLAM through simulated rooms: how far off are poses and map?"""
     slam = _bench("slam.command")
     wanted = [name.strip() for name in profile.split(",") if name.strip()]
     if unknown := set(wanted) - set(slam.GROUPS):
         _fail(f"--profile knows {', '.join(slam.GROUPS)}, not {', '.join(sorted(unknown))}")
-    if not slam.run_slam(json_file, seed, flights, wanted, flight, out):
+    if against not in (None, "pf"):
+        _fail(f"--against knows pf, not {against}")
+    if not slam.run_slam(slam.Wanted(seed, flights, wanted, against, flight), json_file, out):
         raise typer.Exit(1)
 
 

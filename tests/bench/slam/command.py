@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,6 +14,7 @@ from rich.progress import track
 from rich.table import Table
 
 from ground.checks import Check, Sense, write_report
+from tests.bench.slam.drive import Method
 from tests.bench.slam.flights import PLAIN, STRESS, Variant, make_flight
 from tests.bench.slam.real import judge
 from tests.bench.slam.scores import Score, fly
@@ -101,42 +102,61 @@ def checks_of(figures: dict[str, Any]) -> list[Check]:
     ]
 
 
-def run_slam(
-    json_file: Path | None,
-    seed: int,
-    flights: int,
-    wanted: Sequence[str],
-    recorded: Path | None,
-    out: Console,
-) -> bool:
-    """Print the tables; True if every check holds. Stress variants get half as many flights."""
-    figures: dict[str, Any] = {}
-    for name, (profile, variant) in groups(wanted).items():
-        count = flights if variant is PLAIN else max(1, flights // 2)
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What to fly."""
+
+    seed: int = FIRST_SEED
+    flights: int = FLIGHTS
+    groups: Sequence[str] = GROUPS
+    against: Method | None = None
+    recorded: Path | None = None
+
+
+def fly_groups(wanted: Wanted, method: Method, out: Console) -> dict[str, Figures]:
+    """Every group by one method; stress variants get half as many flights."""
+    figures = {}
+    for name, (profile, variant) in groups(wanted.groups).items():
+        count = wanted.flights if variant is PLAIN else max(1, wanted.flights // 2)
         seeds = track(
-            range(seed, seed + count),
-            name,
+            range(wanted.seed, wanted.seed + count),
+            f"{name} {method}",
             console=out,
             transient=True,
             disable=not out.is_terminal,
         )
-        figures[name] = summary([fly(make_flight(one, profile, variant)) for one in seeds])
-    out.print(table_of(figures))
-    if recorded:
-        judged = judge(recorded)
-        for name, crisp in judged.items():
-            out.print(
-                f"recorded, {name}: 80 % of the held-out points in {crisp.n80_cells} cells, "
-                f"late to early {crisp.early_late_rms_m:.3f} m"
-            )
-        odometry = {f"odometry_{key}": value for key, value in asdict(judged["odometry"]).items()}
-        figures["recorded"] = asdict(judged["slam"]) | odometry
+        flown = [fly(make_flight(seed, profile, variant), method) for seed in seeds]
+        figures[name] = summary(flown)
+    return figures
+
+
+def judge_recorded(path: Path, out: Console) -> dict[str, float]:
+    """Held-out columns of a recorded flight, by the core and by its odometry."""
+    judged = judge(path)
+    for name, crisp in judged.items():
+        out.print(
+            f"recorded, {name}: 80 % of the held-out points in {crisp.n80_cells} cells, "
+            f"late to early {crisp.early_late_rms_m:.3f} m"
+        )
+    odometry = {f"odometry_{key}": value for key, value in asdict(judged["odometry"]).items()}
+    return asdict(judged["slam"]) | odometry
+
+
+def run_slam(wanted: Wanted, json_file: Path | None, out: Console) -> bool:
+    """Print the tables; True if every check holds."""
+    figures: dict[str, Any] = dict(fly_groups(wanted, "slam", out))
+    shown = dict(figures)
+    if wanted.against:
+        other = fly_groups(wanted, wanted.against, out)
+        figures[wanted.against] = other
+        shown |= {f"{wanted.against} {name}": row for name, row in other.items()}
+    out.print(table_of(shown))
+    if wanted.recorded:
+        figures["recorded"] = judge_recorded(wanted.recorded, out)
     checks = checks_of(figures)
     for check in checks:
-        out.print(
-            f"{'ok  ' if check.ok else 'FAIL'} {check.name} {check.value:.3f} {check.sense} "
-            f"{check.limit}"
-        )
+        verdict = "ok  " if check.ok else "FAIL"
+        out.print(f"{verdict} {check.name} {check.value:.3f} {check.sense} {check.limit}")
     if json_file:
         write_report(json_file, figures, checks)
     return all(check.ok for check in checks)

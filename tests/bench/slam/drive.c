@@ -14,6 +14,14 @@ void drive_start(drive_t *drive, const scan_config_t *scan, const slam_config_t 
   grid_init(&drive->grid, grid, centre_m, cell_m);
 }
 
+scan_odometry_t drive_odometry(const float *pose, uint32_t time_ms) {
+  return (scan_odometry_t){
+      .time_ms = time_ms,
+      .pose = {pose[0], pose[1], geometry_wrap_rad(pose[2])},
+      .height_m = HEIGHT_M,
+  };
+}
+
 static void map_slice(drive_t *drive) {
   scan_frame_t frame;
   pose2_t map_pose;
@@ -25,12 +33,7 @@ static void map_slice(drive_t *drive) {
 void drive_fly(drive_t *drive, const float *poses, const float *ranges_m, int ticks,
                uint32_t tick_ms, drive_said_t *said) {
   for (int i = 0; i < ticks; i++) {
-    const float *pose = &poses[3 * i];
-    scan_odometry_t odometry = {
-        .time_ms = (uint32_t)i * tick_ms,
-        .pose = {pose[0], pose[1], geometry_wrap_rad(pose[2])},
-        .height_m = HEIGHT_M,
-    };
+    scan_odometry_t odometry = drive_odometry(&poses[3 * i], (uint32_t)i * tick_ms);
     slam_predict(&drive->slam, odometry.pose, i > 0 ? (float)tick_ms * 0.001f : 0.0f);
     scan_frame_t frame;
     if (scan_step(&drive->scan, &odometry, &ranges_m[SCAN_RANGES * i], &frame)) {

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 import numpy as np
 from cffi import FFI
@@ -23,6 +24,8 @@ from tests.tools.objects import CORE, HOST
 HERE = Path(__file__).parent
 TICK_MS = 20
 _UP_M = -1.0
+Method: TypeAlias = Literal["slam", "pf"]
+"""The core's own, or the particle filter that it is compared with."""
 _SAID = np.dtype([("pose", "<f4", 3), ("bias_rps", "<f4"), ("scale", "<f4"), ("confidence", "<u4")])
 
 
@@ -45,12 +48,24 @@ def _library() -> tuple[CData, CData]:
     folder = Path(tempfile.mkdtemp(prefix="wayflie-slam-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     target = folder / "drive.so"
-    sources = [HERE / "drive.c", *sorted(CORE.glob("*.c"))]
-    HOST.run("gcc", *HOST.flags, "-fPIC", "-shared", f"-I{CORE}", *sources, "-lm", "-o", target)
+    sources = [*sorted(HERE.glob("*.c")), *sorted(CORE.glob("*.c"))]
+    HOST.run(
+        "gcc",
+        *HOST.flags,
+        "-fPIC",
+        "-shared",
+        f"-I{CORE}",
+        f"-I{HERE}",
+        *sources,
+        "-lm",
+        "-o",
+        target,
+    )
     ffi = FFI()
-    own = (HERE / "drive.h").read_text().splitlines()
     ffi.cdef(declarations(CORE))
-    ffi.cdef("\n".join(line for line in own if not line.startswith("#")))
+    for name in ("drive.h", "particles.h"):
+        own = (HERE / name).read_text().splitlines()
+        ffi.cdef("\n".join(line for line in own if not line.startswith("#")))
     return ffi, ffi.dlopen(str(target))
 
 
@@ -81,10 +96,11 @@ def drive(
     cell_m: float,
     *,
     tick_ms: int = TICK_MS,
+    method: Method = "slam",
     scan: Mapping[str, float] | None = None,
     slam: Mapping[str, float] | None = None,
 ) -> Driven:
-    """Fly the core through a flight; scan and slam change its default configuration."""
+    """Fly the core, or the particle filter, through a flight; scan and slam change the defaults."""
     ffi, lib = _library()
     ticks = len(odometry)
     poses = np.ascontiguousarray(odometry, dtype=np.float32)
@@ -92,21 +108,26 @@ def drive(
     ranges = np.ascontiguousarray(np.hstack([ranges_m, up]), dtype=np.float32)
     said = np.zeros(ticks, dtype=_SAID)
     assert ffi.sizeof("drive_said_t") == _SAID.itemsize
-    state = ffi.new("drive_t *")
+    filter_ = ffi.new("particles_t *")
+    state = ffi.addressof(filter_, "drive")
     configs = [
         ffi.new("scan_config_t *", _configured(lib.scan_config_default(), scan or {})),
         ffi.new("slam_config_t *", _configured(lib.slam_config_default(), slam or {})),
         ffi.new("grid_config_t *", lib.grid_config_default()),
     ]
     lib.drive_start(state, *configs, centre_m, cell_m)
-    lib.drive_fly(
-        state,
+    flown = (
         ffi.cast("float *", poses.ctypes.data),
         ffi.cast("float *", ranges.ctypes.data),
         ticks,
         tick_ms,
         ffi.cast("drive_said_t *", said.ctypes.data),
     )
+    if method == "slam":
+        lib.drive_fly(state, *flown)
+    else:
+        lib.particles_start(filter_, 1)
+        lib.particles_fly(filter_, *flown)
     return Driven(
         said["pose"].astype(float),
         said["bias_rps"].astype(float),

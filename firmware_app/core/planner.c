@@ -9,7 +9,7 @@
 enum {
   UNITS_OF_SAMPLE = 1,
   UNITS_OF_REWIRING = 2, ///< a sample once there is a way
-  UNITS_OF_WAVE = 8,
+  UNITS_OF_WAVE = 6,
   UNITS_OF_PULL = 2,
   UNITS_OF_WALK = 4,
 };
@@ -17,6 +17,7 @@ enum {
 enum { STEPS_OF_WALK = 16 };
 
 static const float HUGE_CELLS = 1.0e9f;
+static const float MENDED_ENOUGH = 1.25f;
 static const float STRAIGHT_ENOUGH =
     1.01f; ///< times the distance: no other way can be much shorter
 
@@ -25,7 +26,8 @@ planner_config_t planner_config_default(void) {
       .step_cells = 20.0f,
       .connect_samples = 500,
       .wave_samples = 60,
-      .least_samples = 120,
+      .least_samples = 60,
+      .mend_samples = 10,
       .stop_ratio = 2.0f,
   };
 }
@@ -82,6 +84,7 @@ static void reset(planner_t *planner, const planner_config_t *cfg, vec2_t start_
   planner->best_cells = HUGE_CELLS;
   planner->path_count = 0;
   planner->waved = false;
+  planner->broken_cells = 0.0f;
   planner->grown = false;
   planner->start = settled(start_cells);
   planner->goal = settled(goal_cells);
@@ -189,15 +192,29 @@ static void pull_from_tree(planner_t *planner, const clearance_t *clearance) {
   }
 }
 
+/** So short, a way is not worth a second look: hardly longer than the distance, or than the way
+ * that broke. */
+static float good_cells(const planner_t *planner) {
+  float straight_cells = STRAIGHT_ENOUGH * lattice_distance(planner->start, planner->goal);
+  float broken_cells = MENDED_ENOUGH * planner->broken_cells;
+  return straight_cells > broken_cells ? straight_cells : broken_cells;
+}
+
+/** Samples after the first way. */
+static uint32_t second_look_after(const planner_t *planner) {
+  uint16_t mended = planner->cfg.mend_samples;
+  return planner->broken_cells > 0.0f ? mended : planner->cfg.wave_samples;
+}
+
 static void sample(planner_t *planner, const clearance_t *clearance) {
   rrtstar_t *rrt = &planner->search.rrt;
   bool found = planner->status == PLANNER_FOUND;
   uint32_t since_first = planner->samples - planner->first_samples;
   if (!found && (planner->samples >= planner->cfg.connect_samples || rrtstar_stuck(rrt))) {
     start_wave(planner, WAVEFRONT_TO_CELL);
-  } else if (found && !planner->waved && since_first >= planner->cfg.wave_samples) {
+  } else if (found && !planner->waved && since_first >= second_look_after(planner)) {
     planner->waved = true;
-    if (planner->best_cells > STRAIGHT_ENOUGH * lattice_distance(planner->start, planner->goal)) {
+    if (planner->best_cells > good_cells(planner)) {
       start_wave(planner, WAVEFRONT_TO_CELL);
       limit_wave(planner);
     }
@@ -312,10 +329,12 @@ planner_status_t planner_repair(planner_t *planner, const clearance_t *clearance
   }
   begin_path_at(planner, clearance, settled(start_cells));
   int count = planner->path_count;
+  float broken_cells = planner->best_cells;
   int before = pieces_in_sight(clearance, planner->path, count);
   int after = pieces_in_sight_of_goal(clearance, planner->path, count);
   reset(planner, &cfg, start_cells, goal_cells, planner->seed + 1u);
   start_tree(planner);
+  planner->broken_cells = broken_cells;
   if (before == count - 1) {
     take_path(planner, planner->path, count, lattice_length(planner->path, count));
     grow_again(planner);
@@ -361,9 +380,11 @@ bool planner_enough(const planner_t *planner) {
     return planner->stage == PLANNER_END;
   }
   uint32_t since_first = planner->samples - planner->first_samples;
+  uint32_t least =
+      planner->broken_cells > 0.0f ? planner->cfg.mend_samples : planner->cfg.least_samples;
   float wanted = (planner->cfg.stop_ratio - 1.0f) * (float)planner->first_samples;
-  return planner->stage == PLANNER_GROW && planner->waved &&
-         since_first >= planner->cfg.least_samples && (float)since_first >= wanted;
+  return planner->stage == PLANNER_GROW && planner->waved && since_first >= least &&
+         (float)since_first >= wanted;
 }
 
 int planner_path(const planner_t *planner, vec2_t *path_cells, int capacity) {

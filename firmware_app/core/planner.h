@@ -35,6 +35,7 @@ typedef struct {
   uint16_t connect_samples; ///< without a way after these, the wave is asked
   uint16_t wave_samples;    ///< after the first way, until the wave is asked for a shorter one
   uint16_t least_samples;   ///< after the first way, before it is called enough
+  uint16_t mend_samples;    ///< the same after planner_repair
   float stop_ratio;         ///< enough are this many times the samples that the first way took
   bool adaptive;            ///< let step and connect_samples follow obstacles and distance
   bool grid_only;           ///< ask the wave alone, at once, and be content with its way
@@ -56,12 +57,13 @@ typedef struct {
   uint32_t samples;
   uint32_t first_samples; ///< that the first way took
   int32_t credit;         ///< budget not used yet
+  float broken_cells;     ///< length of the way that broke, if this search goes on from one; else 0
   float best_cells;       ///< length of the best way, or a huge number
   lattice_t start;
   lattice_t goal;
   lattice_t path[PLANNER_POINTS]; ///< the best way
   uint8_t path_count;
-  bool waved;  ///< the wave was asked
+  bool waved;  ///< the wave was asked, or need not be
   bool grown;  ///< search holds the tree, not the wave
   taut_t taut; ///< a new way
   union {

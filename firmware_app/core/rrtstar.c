@@ -91,13 +91,9 @@ static int extend(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side
   return tree_add(&rrt->tree, side, at, nearest);
 }
 
-/** Make one tree of the two, which meet at `node` and at a node of the other side there. */
-static void join(rrtstar_t *rrt, tree_side_t side, int node, int other) {
-  if (side == TREE_OF_GOAL) {
-    tree_join(&rrt->tree, node, other);
-  } else {
-    tree_join(&rrt->tree, other, node);
-  }
+/** Make one tree of the two, which meet at a node of each. */
+static void join(rrtstar_t *rrt, int of_goal, int of_start) {
+  tree_join(&rrt->tree, of_goal, of_start);
   rrt->connected = true;
 }
 
@@ -112,7 +108,7 @@ static bool meet(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side,
       return false;
     }
     if (lattice_equal(at, to)) {
-      join(rrt, side, nearest, node);
+      join(rrt, side == TREE_OF_GOAL ? nearest : node, side == TREE_OF_GOAL ? node : nearest);
       return true;
     }
     if (tree_add(&rrt->tree, side, at, nearest) == TREE_NONE) {

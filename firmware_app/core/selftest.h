@@ -12,7 +12,7 @@
 #include "nav.h"
 #include "rng.h"
 
-enum { SELFTEST_TICKS = 900 }; ///< 18 s of flight
+enum { SELFTEST_TICKS = 1050 }; ///< 21 s of flight
 
 typedef enum {
   SELFTEST_NOT_RUN,

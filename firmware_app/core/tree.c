@@ -181,10 +181,11 @@ static int32_t smaller(int32_t a, int32_t b) {
 }
 
 /** From a place out of the square of buckets nearer than `ring`. */
-static int32_t steps_to_ring(lattice_t at, int bx, int by, int ring) {
-  int32_t x = smaller(at.x - ((bx - ring + 1) << BUCKET_BITS), ((bx + ring) << BUCKET_BITS) - at.x);
-  int32_t y = smaller(at.y - ((by - ring + 1) << BUCKET_BITS), ((by + ring) << BUCKET_BITS) - at.y);
-  return smaller(x, y);
+static int32_t steps_to_ring(lattice_t at, int ring) {
+  const int32_t side = 1 << BUCKET_BITS;
+  int32_t x = at.x & (side - 1);
+  int32_t y = at.y & (side - 1);
+  return (ring - 1) * side + smaller(smaller(x, side - x), smaller(y, side - y));
 }
 
 int tree_nearest(const tree_t *tree, tree_side_t side, lattice_t at) {
@@ -193,7 +194,7 @@ int tree_nearest(const tree_t *tree, tree_side_t side, lattice_t at) {
   int by = at.y >> BUCKET_BITS;
   look_in_bucket(&nearest, bx, by);
   for (int ring = 1; ring < TREE_BUCKET_SIDE; ring++) {
-    int32_t away = steps_to_ring(at, bx, by, ring);
+    int32_t away = steps_to_ring(at, ring);
     if (nearest.squared <= (uint32_t)(away * away)) {
       break;
     }

@@ -165,14 +165,21 @@ def unsolvable(results: Results) -> tuple[dict[str, float], dict[str, Interval]]
 
 
 def replans(results: Results) -> tuple[dict[str, float], dict[str, Interval]]:
-    """Repairing after something closed, as a share of planning anew."""
+    """Repairing after something closed, as a share of planning anew: until the planner has enough,
+    which is when a route is handed on, and beside it until three lengths; and the price of it."""
     repair, anew = results.replans["repair"], results.replans["anew"]
-    endings = ("", "_105", "_102", "_enough")
+    endings = ("_first", "_105", "_102", "")
     ratios = {
         f"replan_ratio{ending}": geometric_ratio(_times(repair, name), _times(anew, name))
         for ending, name in zip(endings, (*TIMES, "enough_s"), strict=True)
     }
-    return {"replan_solved": float(np.isfinite(repair["cost"]).mean())}, ratios
+    longer = repair["enough_cost"] / anew["enough_cost"]
+    found = {
+        "replan_solved": float(np.isfinite(repair["cost"]).mean()),
+        "replan_length_ratio_median": percentile(longer, 50),
+        "replan_length_ratio_p95": percentile(longer, 95),
+    }
+    return found, ratios
 
 
 def bounds(intervals: Mapping[str, Interval]) -> Figures:

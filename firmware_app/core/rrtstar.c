@@ -169,9 +169,10 @@ static bool droppable(const rrtstar_t *rrt, int i, int kept) {
 static void make_room(rrtstar_t *rrt, int kept) {
   int worst = TREE_NONE;
   float longest_cells = 0.0f;
-  uint32_t at = rng_next(&rrt->rng);
+  const uint32_t count = (uint32_t)rrt->tree.count;
+  uint32_t at = rng_next(&rrt->rng) % count;
   for (int k = 0; k < rrt->tree.count && (k < WORST_OF || worst == TREE_NONE); k++) {
-    int i = (int)((at + (uint32_t)k) % (uint32_t)rrt->tree.count);
+    int i = (int)((at + (uint32_t)k) % count);
     if (droppable(rrt, i, kept) && hope_cells(rrt, i) > longest_cells) {
       longest_cells = hope_cells(rrt, i);
       worst = i;

@@ -16,28 +16,28 @@ enum {
 };
 
 static const float DEG = 0.0174532925f;
-static const float EXPLORING = 0.2f;    ///< fewer matched ends than this share: new ground
-static const float FITTING = 0.5f;      ///< share of the matched ends that must agree
-static const float YAW_CAP_RAD = 0.08f; ///< no mini-scan tells the yaw better than this
-static const float LOST_M = 0.1f;       ///< position's deviation at which confidence is a half
+static const float EXPLORING = 0.2f;     ///< fewer matched ends than this share: new ground
+static const float FITTING = 0.44f;      ///< share of the matched ends that must agree
+static const float YAW_CAP_RAD = 0.070f; ///< no mini-scan tells the yaw better than this
+static const float LOST_M = 0.1f;        ///< position's deviation at which confidence is a half
 
 slam_config_t slam_config_default(void) {
   return (slam_config_t){
-      .move_m = 0.03f,
+      .move_m = 0.022f,
       .turn_rad = 1.5f * DEG,
       .window_ms = 2000u,
       .kernel_m = 0.15f,
-      .range_sd_m = 0.04f,
-      .range_sd_per_m = 0.0094f,
-      .robust = 5.8f,
+      .range_sd_m = 0.039f,
+      .range_sd_per_m = 0.0063f,
+      .robust = 6.0f,
       .information = 0.21f,
       .noise =
           {
-              .flow_sd_per_m = 0.01f,
-              .flow_sd_mps = 0.011f,
+              .flow_sd_per_m = 0.010f,
+              .flow_sd_mps = 0.019f,
               .yaw_sd_rps = 0.03f * DEG,
-              .bias_sd_rps = 0.11f * DEG,
-              .scale_sd = 0.057f,
+              .bias_sd_rps = 0.20f * DEG,
+              .scale_sd = 0.050f,
               .drift_sd_mps = 0.012f,
           },
   };

@@ -8,18 +8,18 @@
 enum { X, Y, YAW, BIAS, SCALE, DRIFT_X, DRIFT_Y, DIRECTION };
 
 static const float QUARTER_RAD = 1.57079633f;
-static const float START_SD_M = 0.01f;
+static const float START_SD_M = 0.014f;
 static const float START_SD_RAD = 0.00873f;
 static const float BIAS_WALK_RPS = 5.2e-5f; ///< 0.003 deg/s per square root of a second
-static const float SCALE_WALK = 0.002f;
-static const float TURN_SD = 0.0042f; ///< of the gyro's scale
-static const float DRIFT_TAU_S = 10.0f;
-static const float DRIFT_LEARN_S = 20.0f; ///< memory of what the drift's size is learned from
+static const float SCALE_WALK = 0.0039f;
+static const float TURN_SD = 0.0080f; ///< of the gyro's scale
+static const float DRIFT_TAU_S = 13.0f;
+static const float DRIFT_LEARN_S = 11.0f; ///< memory of what the drift's size is learned from
 static const float DRIFT_MIN_M2PS2 = 4.0e-6f;
 static const float DRIFT_MAX_M2PS2 = 9.0e-4f;
 static const float SCALE_MAX = 0.3f;
 static const float BIAS_MAX_RPS = 0.035f;
-static const float ROBUST2 = 13.0f; ///< Geman-McClure bound of a direction, squared
+static const float ROBUST2 = 6.3f; ///< Geman-McClure bound of a direction, squared
 static const float SLOPE_MAX_S_PER_M = 10.0f;
 
 /** Place of a pair of states in the lower triangle. */

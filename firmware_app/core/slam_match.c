@@ -9,12 +9,12 @@ enum { REACH_CELLS = 5 };
 
 static const uint32_t OCCUPIED_BITS = 0x88888888u;
 static const float FAR_CELLS = 1.0e5f;      ///< a step that diverged: no wall is there
-static const float WEIGHT_MIN = 2.0f;       ///< lighter neighbourhoods are no wall
+static const float WEIGHT_MIN = 3.4f;       ///< lighter neighbourhoods are no wall
 static const float LENGTH_MIN_CELLS = 0.4f; ///< shorter ones have no direction
 static const float SQUARE_MIN = 0.765f;     ///< cosine of the largest incidence: 40 degrees
-static const float ASIDE_MAX_M = 0.13f;     ///< of an end from the middle of its wall, along it
-static const float LINE_SD_M = 0.020f;      ///< of the cells of a wall, at least
-static const float LINE_WEIGHT = 0.63f;     ///< independent hits for each unit of weight
+static const float CONE_SD = 0.020f;    ///< of a range seen obliquely, times tan and sin of that
+static const float ASIDE_MAX_M = 0.10f; ///< of an end from the middle of its wall, along it
+static const float LINE_SD_M = 0.020f;  ///< of the cells of a wall, at least
 
 /** Weighted moments of the occupied cells around a point, relative to it, in cells. */
 typedef struct {
@@ -69,7 +69,7 @@ typedef struct {
   float flatness; ///< 0 a blob .. 1 a line
   float thickness_m2;
   float length_m2; ///< variance along the wall
-  float weight;    ///< of the cells that it was made from
+  float weight;    ///< of the cells that it was made from: independent hits, about
 } wall_t;
 
 __attribute__((noinline)) static bool find_wall(const slam_t *slam, const grid_t *grid,
@@ -113,9 +113,10 @@ static void add_end(const slam_t *slam, const wall_t *wall, vec2_t arm_m, vec2_t
     return;
   }
   float sd_m = slam->cfg.range_sd_m + slam->cfg.range_sd_per_m * range_m;
+  float cone_m = CONE_SD * (range_m * range_m / fabsf(square_m) - fabsf(square_m)); // r tan sin
   float line_m2 = (wall->thickness_m2 + LINE_SD_M * LINE_SD_M) *
-                  (1.0f + aside_m * aside_m / wall->length_m2) / (LINE_WEIGHT * wall->weight);
-  float information = wall->flatness / (line_m2 + sd_m * sd_m);
+                  (1.0f + aside_m * aside_m / wall->length_m2) / wall->weight;
+  float information = wall->flatness / (line_m2 + sd_m * sd_m + cone_m * cone_m);
   float error_m = vec2_dot(wall->offset_m, wall->normal);
   float mahalanobis2 = information * error_m * error_m;
   float bound2 = slam->cfg.robust * slam->cfg.robust;

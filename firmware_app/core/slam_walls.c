@@ -7,19 +7,19 @@
 
 enum { POINTS_MIN = 6, POINTS_TO_JUDGE = 4, POINTS_MAX = 250, GAP_MS = 600, MEMORY = 60 };
 
-static const float LENGTH_MAX_M = 2.0f;
-static const float LENGTH_MIN_M = 0.43f; ///< at no distance
-static const float LENGTH_MIN_PER_M = 0.10f;
-static const float THICKNESS_M = 0.03f;
-static const float TURN_MAX_RAD = 0.26f;
+static const float LENGTH_MAX_M = 1.6f;
+static const float LENGTH_MIN_M = 0.42f; ///< at no distance
+static const float LENGTH_MIN_PER_M = 0.097f;
+static const float THICKNESS_M = 0.066f;
+static const float TURN_MAX_RAD = 0.21f;
 static const float STEP_M = 0.15f;     ///< farther from the last point, and per metre of range ...
 static const float STEP_PER_M = 0.15f; ///< ... a new wall begins
-static const float ASIDE_M = 0.03f;    ///< likewise aside of the line, at no distance; twice at 1 m
+static const float ASIDE_M = 0.037f;   ///< likewise aside of the line, at no distance; twice at 1 m
 static const float SQUARE_MIN = 0.82f; ///< cosine of the largest incidence that counts: 35 degrees
 static const float NOISE_M = 0.006f;   ///< of a beam's end, at least
 static const float NOISE_PER_M = 0.01f;
-static const float WALLS_SD_RAD = 0.0062f; ///< of walls themselves: none is built straight
-static const float SAME_RAD = 0.2f;        ///< farther from a known direction it is another one
+static const float WALLS_SD_RAD = 0.0053f; ///< of walls themselves: none is built straight
+static const float SAME_RAD = 0.18f;       ///< farther from a known direction it is another one
 static const float AGREE_RAD = 0.07f;
 static const float PROVEN = 0.6f; ///< share of agreeing lines: chance gives a third at most
 

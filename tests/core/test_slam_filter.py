@@ -56,7 +56,7 @@ def test_uncertainty_is_carried_along_a_motion(seed: int) -> None:
     f[YAW, BIAS] = -elapsed
     f[:2, SCALE] = -moved
     f[:2, DRIFT : DRIFT + 2] = -elapsed * np.array([[c, -s], [s, c]])
-    f[DRIFT, DRIFT] = f[DRIFT + 1, DRIFT + 1] = 1.0 - elapsed / 10.0
+    f[DRIFT, DRIFT] = f[DRIFT + 1, DRIFT + 1] = 1.0 - elapsed / 13.0
     grown = covariance(filter_) - f @ before @ f.T
     assert grown - np.diag(np.diag(grown)) == pytest.approx(0.0, abs=2e-8)
     assert (np.diag(grown)[:DIRECTION] > 0.0).all()
@@ -108,7 +108,7 @@ def test_a_known_direction_turns_as_a_kalman_update(seed: int) -> None:
     assert spread[0] ** 2 == pytest.approx(h @ before @ h + sd**2, rel=1e-3)
     yaw_before, bias_before = filter_.pose.yaw_rad, filter_.bias_rps
     lib.slam_filter_turn(filter_, bearing, 0)
-    weight = 13.0 / (13.0 + (off / spread[0]) ** 2)
+    weight = 6.3 / (6.3 + (off / spread[0]) ** 2)
     gain = before @ h / (h @ before @ h + sd**2 / weight**2)
     turned = math.remainder(filter_.pose.yaw_rad - yaw_before, math.tau)
     assert turned == pytest.approx(gain[YAW] * off, abs=1e-5)

@@ -12,7 +12,7 @@ scan_config_t scan_config_default(void) {
       .latency_ms = 90u, // 60-100 ms old when published, seen up to one tick later
       .period_ms = 100u,
       .min_range_m = 0.04f,      // VL53L1X data sheet
-      .max_range_m = 3.4f,       // beyond, ambient light decides
+      .max_range_m = 3.8f,       // what the sensors call valid, up to a little below their 4 m
       .no_return_clear_m = 1.2f, // a black wall at 45 degrees still answers from here
       .floor_margin_m = 0.08f,
       .offset_m = {0.016f, 0.016f, 0.016f, 0.016f, 0.0f}, // the deck's sensors sit on its rim

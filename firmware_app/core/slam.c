@@ -7,7 +7,7 @@
 
 #include "slam_match.h"
 
-enum { ITERATIONS = 3, MATCHED_MIN = 8, REJECTED_MAX = 2 };
+enum { ITERATIONS = 3, MATCHED_MIN = 3, REJECTED_MAX = 2 };
 
 enum {
   PAIRS = 2, ///< of beams in a set: what is drawn in one go
@@ -30,7 +30,7 @@ slam_config_t slam_config_default(void) {
       .range_sd_m = 0.039f,
       .range_sd_per_m = 0.0063f,
       .robust = 6.0f,
-      .information = 0.21f,
+      .information = 0.3f,
       .noise =
           {
               .flow_sd_per_m = 0.010f,

@@ -5,7 +5,7 @@
     way = plan(blocked, start=(10.5, 20.5), goal=(90.5, 40.5))
     print(way.status.name, way.length, way.points)
 
-It is the same C code that plans on board (firmware_app/core/planner.h), with the same fixed memory,
+It is the same C code that plans on board (firmware_app/core/pathfinder.h), with the same fixed memory,
 and decides as it does there, bit for bit. Coordinates are cells: cell (ix, iy) covers
 [ix, ix + 1) x [iy, iy + 1), and x is the second index of an array.
 """
@@ -29,12 +29,12 @@ _BEYOND_M = 1000.0
 class Status(IntEnum):
     """How a search stands."""
 
-    SEARCHING = lib.PLANNER_SEARCHING
-    FOUND = lib.PLANNER_FOUND
-    NO_WAY = lib.PLANNER_NO_WAY
-    TOO_WINDING = lib.PLANNER_TOO_WINDING
-    START_BLOCKED = lib.PLANNER_START_BLOCKED
-    GOAL_BLOCKED = lib.PLANNER_GOAL_BLOCKED
+    SEARCHING = lib.PATHFINDER_SEARCHING
+    FOUND = lib.PATHFINDER_FOUND
+    NO_WAY = lib.PATHFINDER_NO_WAY
+    TOO_WINDING = lib.PATHFINDER_TOO_WINDING
+    START_BLOCKED = lib.PATHFINDER_START_BLOCKED
+    GOAL_BLOCKED = lib.PATHFINDER_GOAL_BLOCKED
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,22 +71,22 @@ def plan(
     the arguments; blocked ends and proven impossibility are results.
     """
     layer = _clearance_of(_checked(blocked), clearance)
-    planner, cfg = ffi.new("planner_t *"), ffi.new("planner_config_t *")
-    cfg[0] = lib.planner_config_default()
+    planner, cfg = ffi.new("pathfinder_t *"), ffi.new("pathfinder_config_t *")
+    cfg[0] = lib.pathfinder_config_default()
     cfg.adaptive = adaptive
     ends = [ffi.new("vec2_t *", end)[0] for end in (start, goal)]
-    lib.planner_start(planner, cfg, layer, *ends, seed)
+    lib.pathfinder_start(planner, cfg, layer, *ends, seed)
     while not _done(planner, samples):
-        lib.planner_extend(planner, layer, ffi.NULL, 1)
+        lib.pathfinder_extend(planner, layer, ffi.NULL, 1)
     return _result(planner)
 
 
 def _done(planner: CData, samples: int | None) -> bool:
-    if planner.stage == lib.PLANNER_END:
+    if planner.stage == lib.PATHFINDER_END:
         return True
     if samples is None:
-        return bool(lib.planner_enough(planner))
-    return bool(planner.stage == lib.PLANNER_GROW and planner.samples >= samples)
+        return bool(lib.pathfinder_enough(planner))
+    return bool(planner.stage == lib.PATHFINDER_GROW and planner.samples >= samples)
 
 
 def _checked(blocked: ArrayLike) -> NDArray[np.bool_]:
@@ -117,16 +117,16 @@ def _clearance_of(blocked: NDArray[np.bool_], clearance: float) -> CData:
 
 
 def _result(planner: CData) -> Way:
-    way = ffi.new("vec2_t[]", lib.PLANNER_POINTS)
-    count = lib.planner_path(planner, way, lib.PLANNER_POINTS)
+    way = ffi.new("vec2_t[]", lib.PATHFINDER_POINTS)
+    count = lib.pathfinder_path(planner, way, lib.PATHFINDER_POINTS)
     points = np.array([(way[i].x, way[i].y) for i in range(count)], dtype=np.float32)
-    nearest = lib.planner_nearest(planner) if planner.status == lib.PLANNER_NO_WAY else None
+    nearest = lib.pathfinder_nearest(planner) if planner.status == lib.PATHFINDER_NO_WAY else None
     return Way(
         status=Status(planner.status),
         points=points.reshape(-1, 2),
         length=float(planner.best_cells) if count else float("inf"),
         samples=int(planner.samples),
         first_samples=int(planner.first_samples),
-        nodes=int(lib.planner_nodes(planner)),
+        nodes=int(lib.pathfinder_nodes(planner)),
         nearest=(nearest.x, nearest.y) if nearest is not None else None,
     )

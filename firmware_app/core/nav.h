@@ -2,7 +2,7 @@
 /** @file nav.h  The whole pipeline: one call a tick, sensors and commands in, setpoint and events
  * out.
  *
- *      ranges + odometry -> scan -> slam -> grid -> clearance -> planner -> route -> follower ->
+ *      ranges + odometry -> scan -> slam -> grid -> clearance -> pathfinder -> route -> follower ->
  * guard
  *
  *  nav_t owns one of each; nothing else is remembered anywhere, and two nav_t never touch each
@@ -21,7 +21,7 @@
 #include "guard.h"
 #include "mapstream.h"
 #include "mission.h"
-#include "planner.h"
+#include "pathfinder.h"
 #include "route.h"
 #include "scan.h"
 #include "slam.h"
@@ -45,7 +45,7 @@ typedef enum {
 typedef struct {
   scan_config_t scan;
   grid_config_t grid;
-  planner_config_t search;
+  pathfinder_config_t search;
   follower_config_t follower;
   guard_config_t guard;
   slam_config_t slam_filter;
@@ -134,7 +134,7 @@ typedef struct {
   slam_t slam;
   grid_t grid;
   clearance_t clearance;
-  planner_t planner;
+  pathfinder_t planner;
   route_t route;
   follower_t follower;
   guard_t guard;

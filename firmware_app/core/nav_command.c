@@ -15,7 +15,7 @@ static const float TAKE_OFF_MARGIN_V =
 void nav_config_default(nav_config_t *cfg) {
   cfg->scan = scan_config_default();
   cfg->grid = grid_config_default();
-  cfg->search = planner_config_default();
+  cfg->search = pathfinder_config_default();
   cfg->follower = follower_config_default();
   cfg->guard = guard_config_default();
   cfg->slam_filter = slam_config_default();

@@ -51,17 +51,17 @@ static bool exploring(const nav_t *nav) {
 /** Set the planner to work from plan.start_cells. */
 static void start_search(nav_t *nav, vec2_t last_goal_cells) {
   nav_plan_t *plan = &nav->plan;
-  planner_t *planner = &nav->planner;
-  planner_config_t cfg = nav->cfg.search;
+  pathfinder_t *planner = &nav->planner;
+  pathfinder_config_t cfg = nav->cfg.search;
   cfg.grid_only = nav->cfg.planner == NAV_PLANNER_GRID;
   bool same = vec2_distance(last_goal_cells, plan->goal_cells) == 0.0f;
   if (exploring(nav)) {
-    planner_start_frontier(planner, &cfg, &nav->clearance, plan->start_cells);
+    pathfinder_start_frontier(planner, &cfg, &nav->clearance, plan->start_cells);
   } else if (same && !cfg.grid_only && planner->grown) {
-    planner_repair(planner, &nav->clearance, plan->start_cells);
+    pathfinder_repair(planner, &nav->clearance, plan->start_cells);
   } else {
-    planner_start(planner, &cfg, &nav->clearance, plan->start_cells, plan->goal_cells,
-                  nav->cfg.seed + nav->route.revision);
+    pathfinder_start(planner, &cfg, &nav->clearance, plan->start_cells, plan->goal_cells,
+                     nav->cfg.seed + nav->route.revision);
   }
   plan->stage = NAV_PLAN_SEARCH;
 }
@@ -89,8 +89,18 @@ static void begin(nav_t *nav) {
   start_search(nav, last_goal_cells);
 }
 
+/** The pathfinder's ends lie on its lattice; the route's is the goal itself. */
+static void end_at_goal(nav_t *nav, int count) {
+  vec2_t *path = nav->route.points_m;
+  if (!exploring(nav) &&
+      clearance_segment_free(&nav->clearance, path[count - 2], nav->plan.goal_cells)) {
+    path[count - 1] = nav->plan.goal_cells;
+  }
+}
+
 static void finish(nav_t *nav) {
-  int count = planner_path(&nav->planner, nav->route.points_m, ROUTE_POINTS);
+  int count = pathfinder_path(&nav->planner, nav->route.points_m, ROUTE_POINTS);
+  end_at_goal(nav, count);
   nav->plan.stage = NAV_PLAN_DONE;
   nav->plan.looks_left = NAV_LOOKS;
   route_build(&nav->route, &nav->grid, &nav->clearance, count);
@@ -108,7 +118,8 @@ static void no_way(nav_t *nav) {
     nav_set_task(nav, MISSION_TASK_HOME);
     return;
   }
-  fail(nav, MISSION_GOAL_UNREACHABLE, grid_to_metres(&nav->grid, planner_nearest(&nav->planner)));
+  fail(nav, MISSION_GOAL_UNREACHABLE,
+       grid_to_metres(&nav->grid, pathfinder_nearest(&nav->planner)));
 }
 
 /** A way is known. Before take-off that is all that was asked. */
@@ -116,27 +127,27 @@ static void found(nav_t *nav) {
   if (nav->mission.state == MISSION_IDLE) {
     nav->plan.stage = NAV_PLAN_DONE;
     nav_apply(nav, MISSION_EV_WAY_EXISTS);
-  } else if (planner_enough(&nav->planner)) {
+  } else if (pathfinder_enough(&nav->planner)) {
     finish(nav);
   }
 }
 
 static void search(nav_t *nav) {
-  planner_status_t status =
-      planner_extend(&nav->planner, &nav->clearance, &nav->grid, UNITS_PER_TICK);
-  nav->status.plan_nodes = (uint16_t)planner_nodes(&nav->planner);
+  pathfinder_status_t status =
+      pathfinder_extend(&nav->planner, &nav->clearance, &nav->grid, UNITS_PER_TICK);
+  nav->status.plan_nodes = (uint16_t)pathfinder_nodes(&nav->planner);
   switch (status) {
-  case PLANNER_SEARCHING:
+  case PATHFINDER_SEARCHING:
     break;
-  case PLANNER_FOUND:
+  case PATHFINDER_FOUND:
     found(nav);
     break;
-  case PLANNER_NO_WAY:
+  case PATHFINDER_NO_WAY:
     no_way(nav);
     break;
-  case PLANNER_TOO_WINDING:
-  case PLANNER_START_BLOCKED:
-  case PLANNER_GOAL_BLOCKED:
+  case PATHFINDER_TOO_WINDING:
+  case PATHFINDER_START_BLOCKED:
+  case PATHFINDER_GOAL_BLOCKED:
     fail(nav, MISSION_GOAL_UNREACHABLE, pose2_position(nav->pose));
     break;
   }

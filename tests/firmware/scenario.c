@@ -14,7 +14,7 @@ enum { PATTERNS = 4000, MAPS = 6, WALLS = 40, BUDGET = 1500, FRAMES = 40 };
 static grid_t grid;
 static clearance_t clearance;
 static wavefront_t wave;
-static planner_t planner;
+static pathfinder_t planner;
 static lattice_t way[ROUTE_POINTS];
 static route_t route;
 
@@ -199,27 +199,27 @@ static uint32_t hash_tree(uint32_t hash, const tree_t *tree) {
 /** The best way, and the tree that looks for a better one. */
 static uint32_t hash_planner(uint32_t hash) {
   for (int i = 0; i < BUDGET; i += 7) {
-    planner_extend(&planner, &clearance, &grid, 7);
+    pathfinder_extend(&planner, &clearance, &grid, 7);
   }
   hash = bits_hash_u32(bits_hash_u32(hash, (uint32_t)planner.status), planner.samples);
   hash = planner.grown ? hash_tree(hash, &planner.search.rrt.tree) : hash;
-  return hash_route(hash, planner_path(&planner, route.points_m, ROUTE_POINTS));
+  return hash_route(hash, pathfinder_path(&planner, route.points_m, ROUTE_POINTS));
 }
 
 /** A way, the way round what then stands in it, and the way to what is not known. */
 static uint32_t hash_plans(uint32_t hash, vec2_t start, vec2_t goal, uint32_t seed) {
-  planner_config_t cfg = planner_config_default();
-  planner_start(&planner, &cfg, &clearance, start, goal, seed);
+  pathfinder_config_t cfg = pathfinder_config_default();
+  pathfinder_start(&planner, &cfg, &clearance, start, goal, seed);
   hash = hash_planner(hash);
   if (planner.path_count > 2) {
     vec2_t at = lattice_to_cells(planner.path[1]);
     grid_set_value(&grid, (int)at.x, (int)at.y, GRID_VALUE_MAX);
     clearance_mark(&clearance, &grid);
     clearance_refresh(&clearance, &grid, GRID_SIDE_CELLS);
-    planner_repair(&planner, &clearance, start);
+    pathfinder_repair(&planner, &clearance, start);
     hash = hash_planner(hash);
   }
-  planner_start_frontier(&planner, &cfg, &clearance, start);
+  pathfinder_start_frontier(&planner, &cfg, &clearance, start);
   return hash_planner(hash);
 }
 

@@ -3,7 +3,7 @@
  * distances cell by cell, and a flood fill. */
 #include "bytes.h"
 #include "clearance.h"
-#include "planner.h"
+#include "pathfinder.h"
 #include "route.h"
 #include "wavefront.h"
 
@@ -14,7 +14,7 @@ static const float CELL_M = 0.05f;
 static grid_t grid;
 static clearance_t clearance;
 static wavefront_t wave;
-static planner_t planner;
+static pathfinder_t planner;
 static bool flooded[SIDE * SIDE];
 static int queue[SIDE * SIDE];
 
@@ -159,22 +159,22 @@ static void check_wave(grid_cell_t start, grid_cell_t goal, int waves) {
 /** Spend the budget; what the planner says of a way must be true. */
 static void check_planner(grid_cell_t start, grid_cell_t goal, int slice) {
   vec2_t path[PATH_MAX];
-  for (int spent = 0; spent < BUDGET && !planner_enough(&planner); spent += slice) {
-    planner_extend(&planner, &clearance, &grid, slice);
+  for (int spent = 0; spent < BUDGET && !pathfinder_enough(&planner); spent += slice) {
+    pathfinder_extend(&planner, &clearance, &grid, slice);
   }
   bool reachable = flooded[goal.iy * SIDE + goal.ix];
-  planner_status_t status = planner.status;
-  REQUIRE(status != PLANNER_START_BLOCKED);
-  REQUIRE((status == PLANNER_GOAL_BLOCKED) == clearance_blocked(&clearance, goal.ix, goal.iy));
-  REQUIRE(status != PLANNER_FOUND || reachable);
-  REQUIRE(status != PLANNER_NO_WAY || !reachable);
-  REQUIRE(planner_nodes(&planner) <= TREE_NODES);
-  if (status == PLANNER_NO_WAY) {
-    vec2_t nearest = planner_nearest(&planner);
+  pathfinder_status_t status = planner.status;
+  REQUIRE(status != PATHFINDER_START_BLOCKED);
+  REQUIRE((status == PATHFINDER_GOAL_BLOCKED) == clearance_blocked(&clearance, goal.ix, goal.iy));
+  REQUIRE(status != PATHFINDER_FOUND || reachable);
+  REQUIRE(status != PATHFINDER_NO_WAY || !reachable);
+  REQUIRE(pathfinder_nodes(&planner) <= TREE_NODES);
+  if (status == PATHFINDER_NO_WAY) {
+    vec2_t nearest = pathfinder_nearest(&planner);
     REQUIRE(flooded[(int)nearest.y * SIDE + (int)nearest.x]);
   }
-  int count = planner_path(&planner, path, PATH_MAX);
-  REQUIRE(count >= 0 && count <= PATH_MAX && (count > 0) == (status == PLANNER_FOUND));
+  int count = pathfinder_path(&planner, path, PATH_MAX);
+  REQUIRE(count >= 0 && count <= PATH_MAX && (count > 0) == (status == PATHFINDER_FOUND));
   if (count > 1) {
     float length = check_path(path, count, middle(start), middle(goal));
     REQUIRE(fabsf(length - planner.best_cells) <= 0.001f * length + 0.05f);
@@ -193,7 +193,7 @@ static void check_repair(bytes_t *bytes, grid_cell_t start, grid_cell_t goal, in
   REQUIRE(clearance_refresh(&clearance, &grid, SIDE) == 0);
   if (!clearance_blocked(&clearance, start.ix, start.iy)) {
     flood(start);
-    planner_repair(&planner, &clearance, middle(start));
+    pathfinder_repair(&planner, &clearance, middle(start));
     check_planner(start, goal, slice);
   }
 }
@@ -208,10 +208,10 @@ static void check_searches(bytes_t *bytes) {
   }
   flood(start);
   check_wave(start, goal, slice);
-  planner_config_t cfg = planner_config_default();
+  pathfinder_config_t cfg = pathfinder_config_default();
   cfg.adaptive = take_below(bytes, 2) != 0;
   cfg.grid_only = take_below(bytes, 4) == 3;
-  planner_start(&planner, &cfg, &clearance, middle(start), middle(goal), seed);
+  pathfinder_start(&planner, &cfg, &clearance, middle(start), middle(goal), seed);
   check_planner(start, goal, slice);
   check_repair(bytes, start, goal, slice);
 }

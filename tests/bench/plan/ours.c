@@ -5,12 +5,12 @@
 
 #include "clearance.h"
 #include "grid.h"
-#include "planner.h"
+#include "pathfinder.h"
 #include "route.h"
 
 static grid_t grid;
 static clearance_t clearance;
-static planner_t planner;
+static pathfinder_t planner;
 static route_t route;
 static vec2_t from_cells;
 
@@ -48,14 +48,14 @@ bool ours_set_blocked(const uint32_t bits[OURS_WORDS]) {
 }
 
 void ours_start(vec2_t start_cells, vec2_t goal_cells, uint32_t seed) {
-  const planner_config_t cfg = planner_config_default();
+  const pathfinder_config_t cfg = pathfinder_config_default();
   from_cells = start_cells;
-  planner_start(&planner, &cfg, &clearance, start_cells, goal_cells, seed);
+  pathfinder_start(&planner, &cfg, &clearance, start_cells, goal_cells, seed);
 }
 
 bool ours_search(int units) {
-  planner_extend(&planner, &clearance, &grid, units);
-  return planner.stage != PLANNER_END;
+  pathfinder_extend(&planner, &clearance, &grid, units);
+  return planner.stage != PATHFINDER_END;
 }
 
 long ours_samples(void) {
@@ -63,27 +63,27 @@ long ours_samples(void) {
 }
 
 void ours_repair(void) {
-  planner_repair(&planner, &clearance, from_cells);
+  pathfinder_repair(&planner, &clearance, from_cells);
 }
 
 bool ours_enough(void) {
-  return planner_enough(&planner);
+  return pathfinder_enough(&planner);
 }
 
 float ours_cost(void) {
-  return planner.status == PLANNER_FOUND ? planner.best_cells : INFINITY;
+  return planner.status == PATHFINDER_FOUND ? planner.best_cells : INFINITY;
 }
 
 int ours_nodes(void) {
-  return planner_nodes(&planner);
+  return pathfinder_nodes(&planner);
 }
 
 int ours_way(vec2_t *way_cells, int capacity) {
-  return planner_path(&planner, way_cells, capacity);
+  return pathfinder_path(&planner, way_cells, capacity);
 }
 
 int ours_route(vec2_t *way_cells, int capacity) {
-  int count = planner_path(&planner, route.points_m, ROUTE_POINTS);
+  int count = pathfinder_path(&planner, route.points_m, ROUTE_POINTS);
   if (count < 2) {
     return 0;
   }
@@ -96,10 +96,10 @@ int ours_route(vec2_t *way_cells, int capacity) {
 
 bool ours_no_way(vec2_t start_cells, vec2_t goal_cells, uint32_t seed) {
   ours_start(start_cells, goal_cells, seed);
-  while (planner.status == PLANNER_SEARCHING) {
-    planner_extend(&planner, &clearance, &grid, GRID_SIDE_CELLS);
+  while (planner.status == PATHFINDER_SEARCHING) {
+    pathfinder_extend(&planner, &clearance, &grid, GRID_SIDE_CELLS);
   }
-  return planner.status == PLANNER_NO_WAY;
+  return planner.status == PATHFINDER_NO_WAY;
 }
 
 ours_sizes_t ours_sizes(void) {

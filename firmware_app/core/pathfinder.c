@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-#include "planner.h"
+#include "pathfinder.h"
 
 #include <math.h>
 #include <string.h>
@@ -10,6 +10,7 @@ enum {
   UNITS_OF_SAMPLE = 1,
   UNITS_OF_REWIRING = 2, ///< a sample once there is a way
   UNITS_OF_WAVE = 6,
+  UNITS_OF_FRONTIER_WAVE = 28, ///< it also looks at what was seen
   UNITS_OF_PULL = 2,
   UNITS_OF_WALK = 4,
 };
@@ -21,8 +22,8 @@ static const float MENDED_ENOUGH = 1.25f;
 static const float STRAIGHT_ENOUGH =
     1.01f; ///< times the distance: no other way can be much shorter
 
-planner_config_t planner_config_default(void) {
-  return (planner_config_t){
+pathfinder_config_t pathfinder_config_default(void) {
+  return (pathfinder_config_t){
       .step_cells = 20.0f,
       .connect_samples = 500,
       .wave_samples = 60,
@@ -46,15 +47,15 @@ static grid_cell_t cell_of(lattice_t p) {
   return (grid_cell_t){p.x >> LATTICE_BITS, p.y >> LATTICE_BITS};
 }
 
-static void start_wave(planner_t *planner, wavefront_kind_t kind) {
+static void start_wave(pathfinder_t *planner, wavefront_kind_t kind) {
   planner->waved = true;
   planner->grown = false;
-  planner->stage = PLANNER_WAVE;
+  planner->stage = PATHFINDER_WAVE;
   wavefront_start(&planner->search.wave, kind, cell_of(planner->start), cell_of(planner->goal));
 }
 
 /** Keep the wave where a shorter way than the best could be: in the box about its ellipse. */
-__attribute__((noinline)) static void limit_wave(planner_t *planner) {
+__attribute__((noinline)) static void limit_wave(pathfinder_t *planner) {
   vec2_t start = lattice_to_cells(planner->start);
   vec2_t goal = lattice_to_cells(planner->goal);
   vec2_t focal = vec2_scale(vec2_sub(goal, start), 0.5f);
@@ -72,11 +73,11 @@ __attribute__((noinline)) static void limit_wave(planner_t *planner) {
                   (grid_cell_t){(int)high.x + 1, (int)high.y + 1});
 }
 
-static void reset(planner_t *planner, const planner_config_t *cfg, vec2_t start_cells,
+static void reset(pathfinder_t *planner, const pathfinder_config_t *cfg, vec2_t start_cells,
                   vec2_t goal_cells, uint32_t seed) {
   planner->cfg = *cfg;
-  planner->stage = PLANNER_END;
-  planner->status = PLANNER_SEARCHING;
+  planner->stage = PATHFINDER_END;
+  planner->status = PATHFINDER_SEARCHING;
   planner->seed = seed;
   planner->samples = 0u;
   planner->first_samples = 0u;
@@ -91,12 +92,12 @@ static void reset(planner_t *planner, const planner_config_t *cfg, vec2_t start_
 }
 
 /** A way that is known to be good. */
-static void take_path(planner_t *planner, const lattice_t *way, int count, float length_cells) {
+static void take_path(pathfinder_t *planner, const lattice_t *way, int count, float length_cells) {
   memmove(planner->path, way, (size_t)count * sizeof *way);
   planner->path_count = (uint8_t)count;
   planner->best_cells = length_cells;
-  if (planner->status == PLANNER_SEARCHING) {
-    planner->status = PLANNER_FOUND;
+  if (planner->status == PATHFINDER_SEARCHING) {
+    planner->status = PATHFINDER_FOUND;
     planner->first_samples = planner->samples;
   }
 }
@@ -110,7 +111,7 @@ static int bits_in(uint32_t word) {
 }
 
 /** Shorter steps and more samples where much is blocked, more samples where the goal is far. */
-static void adapt(planner_t *planner, const clearance_t *clearance) {
+static void adapt(pathfinder_t *planner, const clearance_t *clearance) {
   int blocked = 0;
   for (int i = 0; i < GRID_SIDE_CELLS * GRID_BIT_WORDS; i++) {
     blocked += bits_in(clearance->bits[i]);
@@ -122,21 +123,21 @@ static void adapt(planner_t *planner, const clearance_t *clearance) {
       (uint16_t)((float)planner->cfg.connect_samples * (0.5f + blocked_share) * (0.5f + far));
 }
 
-static void start_tree(planner_t *planner) {
-  planner->stage = PLANNER_GROW;
+static void start_tree(pathfinder_t *planner) {
+  planner->stage = PATHFINDER_GROW;
   planner->grown = true;
   rrtstar_start(&planner->search.rrt, planner->start, planner->goal, planner->cfg.step_cells,
                 planner->seed);
 }
 
-planner_status_t planner_start(planner_t *planner, const planner_config_t *cfg,
-                               const clearance_t *clearance, vec2_t start_cells, vec2_t goal_cells,
-                               uint32_t seed) {
+pathfinder_status_t pathfinder_start(pathfinder_t *planner, const pathfinder_config_t *cfg,
+                                     const clearance_t *clearance, vec2_t start_cells,
+                                     vec2_t goal_cells, uint32_t seed) {
   reset(planner, cfg, start_cells, goal_cells, seed);
   if (clearance_blocked_at(clearance, start_cells)) {
-    planner->status = PLANNER_START_BLOCKED;
+    planner->status = PATHFINDER_START_BLOCKED;
   } else if (clearance_blocked_at(clearance, goal_cells)) {
-    planner->status = PLANNER_GOAL_BLOCKED;
+    planner->status = PATHFINDER_GOAL_BLOCKED;
   } else if (clearance_sees(clearance, planner->start, planner->goal)) {
     const lattice_t straight[] = {planner->start, planner->goal};
     take_path(planner, straight, 2, lattice_length(straight, 2));
@@ -151,12 +152,12 @@ planner_status_t planner_start(planner_t *planner, const planner_config_t *cfg,
   return planner->status;
 }
 
-planner_status_t planner_start_frontier(planner_t *planner, const planner_config_t *cfg,
-                                        const clearance_t *clearance, vec2_t start_cells) {
+pathfinder_status_t pathfinder_start_frontier(pathfinder_t *planner, const pathfinder_config_t *cfg,
+                                              const clearance_t *clearance, vec2_t start_cells) {
   reset(planner, cfg, start_cells, start_cells, 0u);
   planner->cfg.grid_only = true;
   if (clearance_blocked_at(clearance, start_cells)) {
-    planner->status = PLANNER_START_BLOCKED;
+    planner->status = PATHFINDER_START_BLOCKED;
   } else {
     start_wave(planner, WAVEFRONT_TO_FRONTIER);
   }
@@ -164,9 +165,9 @@ planner_status_t planner_start_frontier(planner_t *planner, const planner_config
 }
 
 /** A new way stands in taut->points: take it as it is if it is the first, and pull it taut. */
-static void pull(planner_t *planner, int count) {
+static void pull(pathfinder_t *planner, int count) {
   taut_start(&planner->taut, count);
-  planner->stage = PLANNER_PULL;
+  planner->stage = PATHFINDER_PULL;
   float length_cells = lattice_length(planner->taut.points, count);
   if (length_cells < planner->best_cells) {
     take_path(planner, planner->taut.points, count, length_cells);
@@ -174,9 +175,9 @@ static void pull(planner_t *planner, int count) {
 }
 
 /** The tree stood back for the wave: it begins again from the best way. */
-static void grow_again(planner_t *planner) {
+static void grow_again(pathfinder_t *planner) {
   if (planner->cfg.grid_only) {
-    planner->stage = PLANNER_END;
+    planner->stage = PATHFINDER_END;
     return;
   }
   start_tree(planner);
@@ -185,7 +186,7 @@ static void grow_again(planner_t *planner) {
 }
 
 /** The tree has a new way. */
-static void pull_from_tree(planner_t *planner, const clearance_t *clearance) {
+static void pull_from_tree(pathfinder_t *planner, const clearance_t *clearance) {
   int count = rrtstar_way(&planner->search.rrt, clearance, planner->taut.points, TAUT_POINTS);
   if (count > 0) {
     pull(planner, count);
@@ -194,21 +195,21 @@ static void pull_from_tree(planner_t *planner, const clearance_t *clearance) {
 
 /** So short, a way is not worth a second look: hardly longer than the distance, or than the way
  * that broke. */
-static float good_cells(const planner_t *planner) {
+static float good_cells(const pathfinder_t *planner) {
   float straight_cells = STRAIGHT_ENOUGH * lattice_distance(planner->start, planner->goal);
   float broken_cells = MENDED_ENOUGH * planner->broken_cells;
   return straight_cells > broken_cells ? straight_cells : broken_cells;
 }
 
 /** Samples after the first way. */
-static uint32_t second_look_after(const planner_t *planner) {
+static uint32_t second_look_after(const pathfinder_t *planner) {
   uint16_t mended = planner->cfg.mend_samples;
   return planner->broken_cells > 0.0f ? mended : planner->cfg.wave_samples;
 }
 
-static void sample(planner_t *planner, const clearance_t *clearance) {
+static void sample(pathfinder_t *planner, const clearance_t *clearance) {
   rrtstar_t *rrt = &planner->search.rrt;
-  bool found = planner->status == PLANNER_FOUND;
+  bool found = planner->status == PATHFINDER_FOUND;
   uint32_t since_first = planner->samples - planner->first_samples;
   if (!found && (planner->samples >= planner->cfg.connect_samples || rrtstar_stuck(rrt))) {
     start_wave(planner, WAVEFRONT_TO_CELL);
@@ -226,14 +227,14 @@ static void sample(planner_t *planner, const clearance_t *clearance) {
   }
 }
 
-static void wave(planner_t *planner, const clearance_t *clearance, const grid_t *grid) {
+static void wave(pathfinder_t *planner, const clearance_t *clearance, const grid_t *grid) {
   switch (wavefront_extend(&planner->search.wave, clearance, grid, 1)) {
   case WAVEFRONT_REACHED:
-    planner->stage = PLANNER_WALK;
+    planner->stage = PATHFINDER_WALK;
     break;
   case WAVEFRONT_EXHAUSTED:
-    planner->status = PLANNER_NO_WAY;
-    planner->stage = PLANNER_END;
+    planner->status = PATHFINDER_NO_WAY;
+    planner->stage = PATHFINDER_END;
     break;
   case WAVEFRONT_RUNNING:
     break;
@@ -241,20 +242,20 @@ static void wave(planner_t *planner, const clearance_t *clearance, const grid_t 
 }
 
 /** Walk back along the wave; its ends are cell centres, the way's are the true ones. */
-static void walk(planner_t *planner, const clearance_t *clearance) {
+static void walk(pathfinder_t *planner, const clearance_t *clearance) {
   lattice_t *way = planner->taut.points;
   bool frontier = planner->search.wave.kind == WAVEFRONT_TO_FRONTIER;
   int count = wavefront_path(&planner->search.wave, clearance, way, TAUT_POINTS - 2, STEPS_OF_WALK);
   if (count == WAVEFRONT_WALKING) {
     return;
   }
-  if (count == 0 && planner->status == PLANNER_FOUND) {
+  if (count == 0 && planner->status == PATHFINDER_FOUND) {
     grow_again(planner);
     return;
   }
   if (count == 0) {
-    planner->status = PLANNER_TOO_WINDING;
-    planner->stage = PLANNER_END;
+    planner->status = PATHFINDER_TOO_WINDING;
+    planner->stage = PATHFINDER_END;
     return;
   }
   lattice_reverse(way, count);
@@ -268,7 +269,7 @@ static void walk(planner_t *planner, const clearance_t *clearance) {
   pull(planner, count);
 }
 
-static void pull_on(planner_t *planner, const clearance_t *clearance) {
+static void pull_on(pathfinder_t *planner, const clearance_t *clearance) {
   taut_t *taut = &planner->taut;
   if (!taut_step(taut, clearance)) {
     return;
@@ -281,7 +282,7 @@ static void pull_on(planner_t *planner, const clearance_t *clearance) {
     grow_again(planner);
     return;
   }
-  planner->stage = PLANNER_GROW;
+  planner->stage = PATHFINDER_GROW;
   rrtstar_graft(&planner->search.rrt, planner->path, planner->path_count);
   planner->search.rrt.best_cells = planner->best_cells;
 }
@@ -289,7 +290,7 @@ static void pull_on(planner_t *planner, const clearance_t *clearance) {
 /** Make the path begin at another place: from there on with the last point in sight, if there is
  * one.
  */
-static void begin_path_at(planner_t *planner, const clearance_t *clearance, lattice_t start) {
+static void begin_path_at(pathfinder_t *planner, const clearance_t *clearance, lattice_t start) {
   int seen = planner->path_count - 1;
   while (seen > 1 && !clearance_sees(clearance, start, planner->path[seen])) {
     seen--;
@@ -319,13 +320,13 @@ static int pieces_in_sight_of_goal(const clearance_t *clearance, const lattice_t
   return pieces;
 }
 
-planner_status_t planner_repair(planner_t *planner, const clearance_t *clearance,
-                                vec2_t start_cells) {
+pathfinder_status_t pathfinder_repair(pathfinder_t *planner, const clearance_t *clearance,
+                                      vec2_t start_cells) {
   vec2_t goal_cells = lattice_to_cells(planner->goal);
-  planner_config_t cfg = planner->cfg;
-  if (planner->status != PLANNER_FOUND || cfg.grid_only ||
+  pathfinder_config_t cfg = planner->cfg;
+  if (planner->status != PATHFINDER_FOUND || cfg.grid_only ||
       clearance_blocked_at(clearance, start_cells) || clearance_blocked_at(clearance, goal_cells)) {
-    return planner_start(planner, &cfg, clearance, start_cells, goal_cells, planner->seed);
+    return pathfinder_start(planner, &cfg, clearance, start_cells, goal_cells, planner->seed);
   }
   begin_path_at(planner, clearance, settled(start_cells));
   int count = planner->path_count;
@@ -344,50 +345,51 @@ planner_status_t planner_repair(planner_t *planner, const clearance_t *clearance
   return planner->status;
 }
 
-planner_status_t planner_extend(planner_t *planner, const clearance_t *clearance,
-                                const grid_t *grid, int budget) {
+pathfinder_status_t pathfinder_extend(pathfinder_t *planner, const clearance_t *clearance,
+                                      const grid_t *grid, int budget) {
   planner->credit += budget;
-  while (planner->credit > 0 && planner->stage != PLANNER_END) {
+  while (planner->credit > 0 && planner->stage != PATHFINDER_END) {
     switch (planner->stage) {
-    case PLANNER_GROW:
-      planner->credit -= planner->status == PLANNER_FOUND ? UNITS_OF_REWIRING : UNITS_OF_SAMPLE;
+    case PATHFINDER_GROW:
+      planner->credit -= planner->status == PATHFINDER_FOUND ? UNITS_OF_REWIRING : UNITS_OF_SAMPLE;
       sample(planner, clearance);
       break;
-    case PLANNER_WAVE:
+    case PATHFINDER_WAVE:
+      planner->credit -= planner->search.wave.kind == WAVEFRONT_TO_FRONTIER ? UNITS_OF_FRONTIER_WAVE
+                                                                            : UNITS_OF_WAVE;
       wave(planner, clearance, grid);
-      planner->credit -= UNITS_OF_WAVE;
       break;
-    case PLANNER_WALK:
+    case PATHFINDER_WALK:
       walk(planner, clearance);
       planner->credit -= UNITS_OF_WALK;
       break;
-    case PLANNER_PULL:
+    case PATHFINDER_PULL:
       pull_on(planner, clearance);
       planner->credit -= UNITS_OF_PULL;
       break;
-    case PLANNER_END:
+    case PATHFINDER_END:
       break;
     }
   }
-  if (planner->stage == PLANNER_END) {
+  if (planner->stage == PATHFINDER_END) {
     planner->credit = 0;
   }
   return planner->status;
 }
 
-bool planner_enough(const planner_t *planner) {
-  if (planner->status == PLANNER_SEARCHING || planner->stage == PLANNER_END) {
-    return planner->stage == PLANNER_END;
+bool pathfinder_enough(const pathfinder_t *planner) {
+  if (planner->status == PATHFINDER_SEARCHING || planner->stage == PATHFINDER_END) {
+    return planner->stage == PATHFINDER_END;
   }
   uint32_t since_first = planner->samples - planner->first_samples;
   uint32_t least =
       planner->broken_cells > 0.0f ? planner->cfg.mend_samples : planner->cfg.least_samples;
   float wanted = (planner->cfg.stop_ratio - 1.0f) * (float)planner->first_samples;
-  return planner->stage == PLANNER_GROW && planner->waved && since_first >= least &&
+  return planner->stage == PATHFINDER_GROW && planner->waved && since_first >= least &&
          (float)since_first >= wanted;
 }
 
-int planner_path(const planner_t *planner, vec2_t *path_cells, int capacity) {
+int pathfinder_path(const pathfinder_t *planner, vec2_t *path_cells, int capacity) {
   if (planner->path_count > capacity) {
     return 0;
   }
@@ -397,11 +399,11 @@ int planner_path(const planner_t *planner, vec2_t *path_cells, int capacity) {
   return planner->path_count;
 }
 
-vec2_t planner_nearest(const planner_t *planner) {
+vec2_t pathfinder_nearest(const pathfinder_t *planner) {
   grid_cell_t cell = wavefront_nearest(&planner->search.wave, lattice_to_cells(planner->goal));
   return (vec2_t){(float)cell.ix + 0.5f, (float)cell.iy + 0.5f};
 }
 
-int planner_nodes(const planner_t *planner) {
+int pathfinder_nodes(const pathfinder_t *planner) {
   return planner->grown ? planner->search.rrt.tree.count : 0;
 }

@@ -82,16 +82,22 @@ static void describe(motion_t *motion, vec2_t moved_m, float yaw_rad, float elap
   }};
 }
 
+/** Element (a, s) of F covariance. */
+static float carried(const slam_filter_t *filter, const motion_t *motion, int a, int s) {
+  float sum = 0.0f;
+  for (int k = 0; k < DIRECTION; k++) {
+    sum += motion->row[a][k] * cov(filter, k, s);
+  }
+  return sum;
+}
+
 /** covariance = F covariance F', where F moves the pose and lets the drift fade. */
 __attribute__((noinline)) static void transport(slam_filter_t *filter, const motion_t *motion,
                                                 float keep) {
   float moved[3][SLAM_STATES]; // rows of F covariance that belong to the pose
   for (int a = 0; a < 3; a++) {
     for (int s = 0; s < SLAM_STATES; s++) {
-      moved[a][s] = 0.0f;
-      for (int k = 0; k < DIRECTION; k++) {
-        moved[a][s] += motion->row[a][k] * cov(filter, k, s);
-      }
+      moved[a][s] = carried(filter, motion, a, s);
     }
   }
   for (int s = 3; s < SLAM_STATES; s++) {

@@ -5,7 +5,7 @@
 #include "nav_parts.h"
 
 enum {
-  UNITS_PER_TICK = 28,   ///< of the planner's budget
+  UNITS_PER_TICK = 16,   ///< of the planner's budget
   BESIDE_CELLS = 6,      ///< so near to the place beside an occupied goal, it has been looked at
   START_FREE_CELLS = 10, ///< how far the way out of an inflated zone may be
 };

@@ -5,8 +5,8 @@
     way = plan(blocked, start=(10.5, 20.5), goal=(90.5, 40.5))
     print(way.status.name, way.length, way.points)
 
-It is the same C code that plans on board (firmware_app/core/pathfinder.h), with the same fixed memory,
-and decides as it does there, bit for bit. Coordinates are cells: cell (ix, iy) covers
+It is the same C code that plans on board (firmware_app/core/pathfinder.h), with the same fixed
+memory, and decides as it does there, bit for bit. Coordinates are cells: cell (ix, iy) covers
 [ix, ix + 1) x [iy, iy + 1), and x is the second index of an array.
 """
 

@@ -259,6 +259,17 @@ def bench_slam(
         raise typer.Exit(1)
 
 
+@bench_app.command("reloc")
+def bench_reloc(
+    json_file: JsonFile = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first home.")] = 1001,
+    kidnappings: Annotated[int, typer.Option(min=4, help="Four in each home.")] = 200,
+) -> None:
+    """Put the drone down somewhere in homes that it knows: does it find out where, and when?"""
+    if not _bench("reloc.command").run_reloc(json_file, seed, kidnappings, out):
+        raise typer.Exit(1)
+
+
 @bench_app.command("plan")
 def bench_plan(
     json_file: JsonFile = None,

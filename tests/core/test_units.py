@@ -18,7 +18,7 @@ PLAIN = {
     "prior", "posterior", "inverse", "off",
     "x", "y", "sin", "cos", "a", "b", "v", "p", "value", "low", "high", "factor", "fraction",
     "max_norm", "stop_ratio", "t_x", "t_y", "dt_x", "dt_y", "away", "robust", "information",
-    "scale", "scale_sd", "covariance", "hessian", "gradient", "points",
+    "lead", "score", "weight", "scale", "scale_sd", "covariance", "hessian", "gradient", "points",
 }  # fmt: skip
 DECLARATION = re.compile(
     r"\b(?:float|vec2_t)\s+\*?([a-z0-9_]+(?:\s*,\s*[a-z0-9_]+)*)\s*(?=[;,)\[])"

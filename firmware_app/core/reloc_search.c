@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma GCC optimize("O3", "fp-contract=off")
+/* Every free place and heading against the map's obstacles, thickened so that a coarse stride
+ * misses none. */
+#include <math.h>
+#include <string.h>
+
+#include "reloc.h"
+#include "reloc_parts.h"
+
+enum {
+  HEADINGS = 72,
+  STRIDE_CELLS = 4,
+  END_STEP = 29,      ///< no divisor of RELOC_ENDS: ends that follow each other look elsewhere
+  LEAST_PERCENT = 70, ///< of the ends must lie near an obstacle
+  UNITS_AIM = 48,
+  UNITS_KEEP = 12,
+  ENDS_PER_UNIT = 16,
+  PLACES_A_STEP = 8,
+};
+
+static const float PI = 3.14159265f;
+static const float HEADING_RAD = 6.28318531f / 72.0f;
+static const float APART_CELLS = 6.5f; ///< nearer in x and y
+static const float APART_RAD = 0.218f; ///< and turned less (12.5 degrees): the same place
+
+static bool thick_at(const reloc_t *reloc, int ix, int iy) {
+  return ((ix | iy) & ~(GRID_SIDE_CELLS - 1)) == 0 &&
+         (reloc->thick[iy * GRID_BIT_WORDS + ix / 32] >> (ix % 32) & 1u) != 0u;
+}
+
+bool reloc_is_thick(const reloc_t *reloc, int ix, int iy) {
+  return thick_at(reloc, ix, iy);
+}
+
+/** Set bits also one place to the left and right of each. */
+static void widen(uint32_t bits[GRID_BIT_WORDS]) {
+  uint32_t before = 0u;
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    uint32_t word = bits[i];
+    uint32_t after = i + 1 < GRID_BIT_WORDS ? bits[i + 1] : 0u;
+    bits[i] = word | word << 1 | word >> 1 | before >> 31 | after << 31;
+    before = word;
+  }
+}
+
+void reloc_thicken_row(reloc_t *reloc, const grid_t *grid, int iy) {
+  uint32_t *thick = &reloc->thick[iy * GRID_BIT_WORDS];
+  memset(thick, 0, GRID_BIT_WORDS * sizeof *thick);
+  for (int dy = -RELOC_THICK_CELLS; dy <= RELOC_THICK_CELLS; dy++) {
+    uint32_t row[GRID_BIT_WORDS];
+    grid_occupied_row(grid, iy + dy, row);
+    for (int i = 0; i < GRID_BIT_WORDS; i++) {
+      thick[i] |= row[i];
+    }
+  }
+  for (int step = 0; step < RELOC_THICK_CELLS; step++) {
+    widen(thick);
+  }
+}
+
+static float heading_rad(const reloc_t *reloc) {
+  return HEADING_RAD * (float)reloc->heading - PI;
+}
+
+static int count_hits(const reloc_t *reloc) {
+  int hits = 0;
+  for (int i = 0; i < reloc->count; i++) {
+    for (int beam = 0; beam < SCAN_BEAMS; beam++) {
+      hits += reloc->sets[i].hit >> beam & 1;
+    }
+  }
+  return hits;
+}
+
+static int8_t to_cell(float cells) {
+  return (int8_t)floorf(geometry_clamp(cells, -127.0f, 127.0f) + 0.5f);
+}
+
+/** Where the end of a beam lies from the anchor. */
+static void put_end(reloc_t *reloc, int slot, pose2_t body, float range_m, int beam,
+                    float cells_per_m) {
+  sincos_t turn = geometry_sincos(body.yaw_rad + scan_bearing_rad(beam));
+  reloc->end_cells[slot][0] = to_cell((body.x_m + range_m * turn.cos) * cells_per_m);
+  reloc->end_cells[slot][1] = to_cell((body.y_m + range_m * turn.sin) * cells_per_m);
+}
+
+/** Choose ends of beams, evenly over the signature, and put them where they are at the heading. */
+static void aim(reloc_t *reloc, const grid_t *grid) {
+  pose2_t from_odom =
+      pose2_compose((pose2_t){0.0f, 0.0f, heading_rad(reloc)}, pose2_inverse(reloc->anchor));
+  int hits = count_hits(reloc);
+  int wanted = hits < RELOC_ENDS ? hits : RELOC_ENDS;
+  int seen = 0;
+  int taken = 0;
+  for (int i = 0; i < reloc->count; i++) {
+    const reloc_set_t *set = &reloc->sets[i];
+    pose2_t body = pose2_compose(from_odom, set->pose);
+    for (int beam = 0; beam < SCAN_BEAMS; beam++) {
+      if ((set->hit >> beam & 1) == 0) {
+        continue;
+      }
+      if (taken < wanted && seen * wanted >= taken * hits) {
+        int slot = wanted == RELOC_ENDS ? taken * END_STEP % RELOC_ENDS : taken;
+        put_end(reloc, slot, body, 0.001f * (float)set->range_mm[beam], beam, grid->cells_per_m);
+        taken++;
+      }
+      seen++;
+    }
+  }
+  reloc->ends = (uint8_t)taken;
+}
+
+void reloc_search(reloc_t *reloc) {
+  reloc->places = 0;
+  reloc->heading = reloc->row = reloc->column = 0;
+}
+
+/** Of the places that are not apart from this one; -1 if all are. */
+static int not_apart(const reloc_t *reloc, pose2_t pose, float apart_m) {
+  for (int i = 0; i < reloc->places; i++) {
+    pose2_t other = reloc->place_list[i].pose;
+    if (fabsf(other.x_m - pose.x_m) < apart_m && fabsf(other.y_m - pose.y_m) < apart_m &&
+        fabsf(geometry_wrap_rad(other.yaw_rad - pose.yaw_rad)) < APART_RAD) {
+      return i;
+    }
+  }
+  return -1;
+}
+
+static int worst_place(const reloc_t *reloc) {
+  int worst = 0;
+  for (int i = 1; i < reloc->places; i++) {
+    worst = reloc->place_list[i].score < reloc->place_list[worst].score ? i : worst;
+  }
+  return worst;
+}
+
+/** Keep the better of places that are not apart, and the best RELOC_PLACES of the others. */
+static void keep(reloc_t *reloc, reloc_place_t place, float apart_m) {
+  reloc_place_t *list = reloc->place_list;
+  int at = not_apart(reloc, place.pose, apart_m);
+  if (at >= 0 && list[at].score >= place.score) {
+    return;
+  }
+  if (at < 0) {
+    at = reloc->places < RELOC_PLACES ? reloc->places++ : worst_place(reloc);
+  }
+  list[at] = place;
+  if (reloc->places == RELOC_PLACES) {
+    int better = reloc->ends - 1 - (int)list[worst_place(reloc)].score;
+    reloc->misses_max = (uint8_t)(better < reloc->misses_max ? better : reloc->misses_max);
+  }
+}
+
+/** Ends that are not near an obstacle; more than allowed are not counted on.
+ *  @param units grows */
+static int count_misses(const reloc_t *reloc, int ix, int iy, int *units) {
+  int misses = 0;
+  int end = 0;
+  for (; end < reloc->ends && misses <= reloc->misses_max; end++) {
+    misses += !thick_at(reloc, ix + reloc->end_cells[end][0], iy + reloc->end_cells[end][1]);
+  }
+  *units += 1 + end / ENDS_PER_UNIT;
+  return misses;
+}
+
+static void next_place(reloc_t *reloc) {
+  reloc->column = (uint8_t)(reloc->column + STRIDE_CELLS);
+  if (reloc->column >= GRID_SIDE_CELLS) {
+    reloc->column = 0;
+    reloc->row = (uint8_t)(reloc->row + STRIDE_CELLS);
+  }
+  if (reloc->row >= GRID_SIDE_CELLS) {
+    reloc->row = 0;
+    reloc->heading++;
+  }
+}
+
+/** @return units of work */
+static int try_place(reloc_t *reloc, const grid_t *grid, int ix, int iy) {
+  int units = 0;
+  if (grid_state(grid, ix, iy) != GRID_CELL_FREE) {
+    return units;
+  }
+  int misses = count_misses(reloc, ix, iy, &units);
+  if (misses <= reloc->misses_max) {
+    vec2_t at_m = grid_centre_m(grid, (grid_cell_t){ix, iy});
+    reloc_place_t place = {{at_m.x, at_m.y, heading_rad(reloc)}, (float)(reloc->ends - misses)};
+    keep(reloc, place, APART_CELLS * grid->cell_m);
+    units += UNITS_KEEP;
+  }
+  return units;
+}
+
+int reloc_try(reloc_t *reloc, const grid_t *grid) {
+  if (reloc->heading == HEADINGS) {
+    return 0;
+  }
+  int units = 1;
+  if (reloc->column == 0 && reloc->row == 0) {
+    aim(reloc, grid);
+    units += UNITS_AIM;
+    if (reloc->heading == 0) {
+      reloc->misses_max = (uint8_t)(reloc->ends * (100 - LEAST_PERCENT) / 100);
+    }
+  }
+  for (int i = 0; i < PLACES_A_STEP; i++) {
+    units += try_place(reloc, grid, reloc->column, reloc->row);
+    next_place(reloc);
+    if (reloc->column == 0) {
+      break;
+    }
+  }
+  return units;
+}

@@ -14,7 +14,8 @@ from rich.table import Table
 
 from ground.checks import Check, write_report
 from tests.bench.reloc.homes import ALIKE, KINDS, make_alike, make_home
-from tests.bench.reloc.kidnappings import Outcome, kidnap, make_known
+from tests.bench.reloc.kidnappings import Outcome, kidnap, lost_flight, make_known
+from tests.bench.reloc.on_chip import chip_figures, packed
 
 PROFILE: Final = "real"
 A_HOME: Final = 4
@@ -42,6 +43,14 @@ def in_places_alike(seed: int, count: int) -> list[Outcome]:
         known = make_known(make_alike(ALIKE[one % len(ALIKE)], rng), PROFILE, rng)
         found.append(kidnap(known, PROFILE, rng))
     return found
+
+
+def on_chip(seed: int) -> Figures:
+    """One flight on the emulated chip."""
+    rng = np.random.default_rng((seed, 200))
+    known = make_known(make_home("three", rng), PROFILE, rng)
+    flight = lost_flight(known, PROFILE, rng)
+    return chip_figures(packed(known.drawn.grid, flight.odometry, flight.ranges_m))
 
 
 def summary(outcomes: Sequence[Outcome]) -> Figures:
@@ -94,13 +103,19 @@ def run_reloc(json_file: Path | None, seed: int, kidnappings: int, out: Console)
     groups["alike"] = summary(in_places_alike(seed, max(3, kidnappings // 4)))
     out.print(table_of(groups))
     total = groups["homes"]
+    chip = on_chip(seed)
+    out.print(
+        f"on the emulated chip a slice takes {chip['chip_slice_cycles_median']:,.0f} cycles, "
+        f"at worst {chip['chip_slice_cycles_worst']:,.0f} (times 1.25)"
+    )
     checks = [
         Check("relocalised_fraction", total["relocalised_fraction"], 0.95, ">="),
         Check("confidently_wrong_fraction", total["confidently_wrong_fraction"], 0.01, "<="),
+        Check("chip_same_bits", chip["chip_same_bits"], 1.0, ">="),
     ]
     for check in checks:
         verdict = "ok  " if check.ok else "FAIL"
         out.print(f"{verdict} {check.name} {check.value:.3f} {check.sense} {check.limit}")
     if json_file:
-        write_report(json_file, {**total, "groups": groups}, checks)
+        write_report(json_file, {**total, **chip, "groups": groups}, checks)
     return all(check.ok for check in checks)

@@ -143,17 +143,32 @@ class Outcome:
         return self.sure and self.off_m < NEAR_M and self.off_rad < NEAR_RAD
 
 
-def kidnap(known: Known, profile: str, rng: np.random.Generator, budget: int = BUDGET) -> Outcome:
+@dataclass(frozen=True, slots=True)
+class LostFlight:
+    """What a lost drone is given, a row a tick, and the truth in the room's frame."""
+
+    truth: Array
+    odometry: Array
+    ranges_m: Array
+
+
+def lost_flight(known: Known, profile: str, rng: np.random.Generator) -> LostFlight:
     """Put the drone down somewhere in the known room."""
     places = Lattice(known.room).points
     rangers = Rangers(Sensor(), known.room.walls, rng)
     poses = lost_route(known.room, places[rng.integers(len(places))], LIMIT_S, rangers, rng)
     ranges_m = _publish(rangers, poses, [], rng)
-    lost = be_lost(known.drawn, drifting(poses, profile, rng), ranges_m, budget)
+    return LostFlight(poses, drifting(poses, profile, rng), ranges_m)
+
+
+def kidnap(known: Known, profile: str, rng: np.random.Generator, budget: int = BUDGET) -> Outcome:
+    """What the core finds in such a flight."""
+    flight = lost_flight(known, profile, rng)
+    lost = be_lost(known.drawn, flight.odometry, flight.ranges_m, budget)
     moments = np.flatnonzero(lost.sure)
     if len(moments) == 0:
         return Outcome(known.room.kind, math.nan, math.nan, math.nan)
     first = int(moments[0])
-    off = lost.poses[first] - known.in_map(poses[: first + 1])[first]
+    off = lost.poses[first] - known.in_map(flight.truth[: first + 1])[first]
     turned = abs(math.remainder(float(off[2]), math.tau))
     return Outcome(known.room.kind, first * TICK_S, float(np.hypot(*off[:2])), turned)

@@ -4,21 +4,20 @@
 from __future__ import annotations
 
 import asyncio
-import importlib
 import logging
 import signal
 import sys
 from collections.abc import Coroutine
 from pathlib import Path
-from types import ModuleType
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.logging import RichHandler
 
 from ground import __version__
 from ground.checks import Files
+from ground.cli_bench import bench_app
+from ground.cli_parts import JsonFile, err, fail, out
 from ground.errors import GroundError
 
 SIMULATOR_URI = "udp://127.0.0.1:19850"
@@ -35,20 +34,11 @@ app = typer.Typer(
 )
 map_app = typer.Typer(help="The map that the drone has made.", no_args_is_help=True)
 app.add_typer(map_app, name="map")
-bench_app = typer.Typer(
-    help="Measurements; they need a source checkout (`make setup`).", no_args_is_help=True
-)
 app.add_typer(bench_app, name="bench")
-
-out = Console(highlight=False)
-err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 Uri = Annotated[
     str,
     typer.Option(envvar="CFLIB_URI", help="Which Crazyflie; the simulator's if not given."),
-]
-JsonFile = Annotated[
-    Path | None, typer.Option("--json", help="Write figures and checks to this file.")
 ]
 Record = Annotated[
     Path | None, typer.Option("--record", help="Record the flight into this MCAP file.")
@@ -58,11 +48,6 @@ Port = Annotated[
 ]
 
 
-def _fail(sentence: str) -> NoReturn:
-    err.print(f"wayflie: {sentence}", markup=False)
-    raise typer.Exit(1)
-
-
 def _run(work: Coroutine[Any, Any, bool]) -> None:
     """Run to the end. Exit 0 if it reached what was asked, 1 if not, 130 after Ctrl-C."""
     # Being asked to end is as Ctrl-C: land first.
@@ -70,7 +55,7 @@ def _run(work: Coroutine[Any, Any, bool]) -> None:
     try:
         reached = asyncio.run(work)
     except GroundError as error:
-        _fail(str(error))
+        fail(str(error))
     except KeyboardInterrupt:
         raise typer.Exit(EXIT_INTERRUPTED) from None
     if not reached:
@@ -208,93 +193,6 @@ def map_save(
     from ground.commands import fetch_map
 
     _run(fetch_map(uri, file, out))
-
-
-def _bench(name: str) -> ModuleType:
-    """A measuring module of the checkout."""
-    checkout = Path(__file__).resolve().parent.parent
-    if not (checkout / "tests" / "bench").exists():
-        _fail("bench needs a source checkout: clone the project and run `make setup` there")
-    sys.path.insert(0, str(checkout))
-    try:
-        return importlib.import_module(f"tests.bench.{name}")
-    except ImportError as error:
-        _fail(f"bench lacks a package ({error}): run `make setup` in the checkout")
-
-
-@bench_app.command("chip")
-def bench_chip(
-    json_file: JsonFile = None,
-    flights: Annotated[int, typer.Option(min=1, max=20, help="The first so many only.")] = 20,
-) -> None:
-    """Replay whole flights on an emulated Cortex-M4F: same bits? what do they cost?"""
-    if not _bench("chip").run_chip(json_file, flights, out):
-        raise typer.Exit(1)
-
-
-@bench_app.command("slam")
-def bench_slam(
-    json_file: JsonFile = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the first flight.")] = 1002,
-    flights: Annotated[int, typer.Option(min=1, help="So many of each profile.")] = 36,
-    profile: Annotated[
-        str, typer.Option(help="Of the odometry; stress: the real one in trying rooms.")
-    ] = "real,low,hard,perfect,stress",
-    flight: Annotated[
-        Path | None,
-        typer.Option(exists=True, dir_okay=False, help="A recorded flight (.npz) as well."),
-    ] = None,
-    against: Annotated[
-        str | None, typer.Option(help="pf: fly a classic particle filter as well.")
-    ] = None,
-) -> None:
-    """Fly the core's SLAM through simulated rooms: how far off are poses and map?"""
-    slam = _bench("slam.command")
-    wanted = [name.strip() for name in profile.split(",") if name.strip()]
-    if unknown := set(wanted) - set(slam.GROUPS):
-        _fail(f"--profile knows {', '.join(slam.GROUPS)}, not {', '.join(sorted(unknown))}")
-    if against not in (None, "pf"):
-        _fail(f"--against knows pf, not {against}")
-    if not slam.run_slam(slam.Wanted(seed, flights, wanted, against, flight), json_file, out):
-        raise typer.Exit(1)
-
-
-@bench_app.command("reloc")
-def bench_reloc(
-    json_file: JsonFile = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the first home.")] = 1001,
-    kidnappings: Annotated[int, typer.Option(min=4, help="Four in each home.")] = 200,
-) -> None:
-    """Put the drone down somewhere in homes that it knows: does it find out where, and when?"""
-    if not _bench("reloc.command").run_reloc(json_file, seed, kidnappings, out):
-        raise typer.Exit(1)
-
-
-@bench_app.command("plan")
-def bench_plan(
-    json_file: JsonFile = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the problems.")] = 101,
-    problems: Annotated[int, typer.Option(min=5, help="So many, of five families.")] = 250,
-    against: Annotated[
-        str, typer.Option(help="Whom to compare with; ompl needs `make bench-ompl`.")
-    ] = "ompl,astar,theta,python",
-    seeds: Annotated[int, typer.Option(min=1, help="Runs of each planner on a problem.")] = 3,
-    maps: Annotated[
-        Path | None, typer.Option(exists=True, help="MovingAI .map files, for the caverns.")
-    ] = None,
-    plots: Annotated[Path | None, typer.Option(help="Draw pictures into this folder.")] = None,
-    reuse: Annotated[
-        bool, typer.Option("--reuse", help="Opponents as in an earlier run; nothing to publish.")
-    ] = False,
-) -> None:
-    """Plan on the same problems as OMPL, A* and Theta*: how many times as fast, how short?"""
-    plan = _bench("plan.command")
-    wanted = tuple(name.strip() for name in against.split(",") if name.strip())
-    if unknown := set(wanted) - set(plan.OPPONENTS):
-        _fail(f"--against knows {', '.join(plan.OPPONENTS)}, not {', '.join(sorted(unknown))}")
-    options = plan.Options(seed, problems, wanted, seeds, maps, reuse, json_file, plots)
-    if not plan.run_plan(options, out):
-        raise typer.Exit(1)
 
 
 def main() -> None:

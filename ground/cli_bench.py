@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`wayflie bench ...`: measurements, which live in the tests of a source checkout."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated
+
+import typer
+
+from ground.cli_parts import JsonFile, fail, out
+
+bench_app = typer.Typer(
+    help="Measurements; they need a source checkout (`make setup`).", no_args_is_help=True
+)
+
+
+def _bench(name: str) -> ModuleType:
+    """A measuring module of the checkout."""
+    checkout = Path(__file__).resolve().parent.parent
+    if not (checkout / "tests" / "bench").exists():
+        fail("bench needs a source checkout: clone the project and run `make setup` there")
+    sys.path.insert(0, str(checkout))
+    try:
+        return importlib.import_module(f"tests.bench.{name}")
+    except ImportError as error:
+        fail(f"bench lacks a package ({error}): run `make setup` in the checkout")
+
+
+@bench_app.command("chip")
+def bench_chip(
+    json_file: JsonFile = None,
+    flights: Annotated[int, typer.Option(min=1, max=20, help="The first so many only.")] = 20,
+) -> None:
+    """Replay whole flights on an emulated Cortex-M4F: same bits? what do they cost?"""
+    if not _bench("chip").run_chip(json_file, flights, out):
+        raise typer.Exit(1)
+
+
+@bench_app.command("slam")
+def bench_slam(
+    json_file: JsonFile = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first flight.")] = 1002,
+    flights: Annotated[int, typer.Option(min=1, help="So many of each profile.")] = 36,
+    profile: Annotated[
+        str, typer.Option(help="Of the odometry; stress: the real one in trying rooms.")
+    ] = "real,low,hard,perfect,stress",
+    flight: Annotated[
+        Path | None,
+        typer.Option(exists=True, dir_okay=False, help="A recorded flight (.npz) as well."),
+    ] = None,
+    against: Annotated[
+        str | None, typer.Option(help="pf: fly a classic particle filter as well.")
+    ] = None,
+) -> None:
+    """Fly the core's SLAM through simulated rooms: how far off are poses and map?"""
+    slam = _bench("slam.command")
+    wanted = [name.strip() for name in profile.split(",") if name.strip()]
+    if unknown := set(wanted) - set(slam.GROUPS):
+        fail(f"--profile knows {', '.join(slam.GROUPS)}, not {', '.join(sorted(unknown))}")
+    if against not in (None, "pf"):
+        fail(f"--against knows pf, not {against}")
+    if not slam.run_slam(slam.Wanted(seed, flights, wanted, against, flight), json_file, out):
+        raise typer.Exit(1)
+
+
+@bench_app.command("reloc")
+def bench_reloc(
+    json_file: JsonFile = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first home.")] = 1001,
+    kidnappings: Annotated[int, typer.Option(min=4, help="Four in each home.")] = 200,
+) -> None:
+    """Put the drone down somewhere in homes that it knows: does it find out where, and when?"""
+    if not _bench("reloc.command").run_reloc(json_file, seed, kidnappings, out):
+        raise typer.Exit(1)
+
+
+@bench_app.command("plan")
+def bench_plan(
+    json_file: JsonFile = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the problems.")] = 101,
+    problems: Annotated[int, typer.Option(min=5, help="So many, of five families.")] = 250,
+    against: Annotated[
+        str, typer.Option(help="Whom to compare with; ompl needs `make bench-ompl`.")
+    ] = "ompl,astar,theta,python",
+    seeds: Annotated[int, typer.Option(min=1, help="Runs of each planner on a problem.")] = 3,
+    maps: Annotated[
+        Path | None, typer.Option(exists=True, help="MovingAI .map files, for the caverns.")
+    ] = None,
+    plots: Annotated[Path | None, typer.Option(help="Draw pictures into this folder.")] = None,
+    reuse: Annotated[
+        bool, typer.Option("--reuse", help="Opponents as in an earlier run; nothing to publish.")
+    ] = False,
+) -> None:
+    """Plan on the same problems as OMPL, A* and Theta*: how many times as fast, how short?"""
+    plan = _bench("plan.command")
+    wanted = tuple(name.strip() for name in against.split(",") if name.strip())
+    if unknown := set(wanted) - set(plan.OPPONENTS):
+        fail(f"--against knows {', '.join(plan.OPPONENTS)}, not {', '.join(sorted(unknown))}")
+    options = plan.Options(seed, problems, wanted, seeds, maps, reuse, json_file, plots)
+    if not plan.run_plan(options, out):
+        raise typer.Exit(1)

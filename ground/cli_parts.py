@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the files of the command line share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import typer
+from rich.console import Console
+
+out = Console(highlight=False)
+err = Console(stderr=True, highlight=False, soft_wrap=True)
+
+JsonFile = Annotated[
+    Path | None, typer.Option("--json", help="Write figures and checks to this file.")
+]
+
+
+def fail(sentence: str) -> NoReturn:
+    """End with one clear line."""
+    err.print(f"wayflie: {sentence}", markup=False)
+    raise typer.Exit(1)

@@ -11,10 +11,10 @@ import numpy as np
 
 from tests.bench.reloc.drive import BUDGET, Drawn, be_lost, draw
 from tests.bench.slam.beams import BEARINGS_RAD, NONE_M, Rangers, Sensor
-from tests.bench.slam.flights import _publish
+from tests.bench.slam.flights import publish
 from tests.bench.slam.odometry import drifting
 from tests.bench.slam.rooms import Array, Room
-from tests.bench.slam.routes import TICK_S, Lattice, Traveller, _wobble, drone_route
+from tests.bench.slam.routes import TICK_S, Lattice, Traveller, drone_route, wobble
 
 LIMIT_S: Final = 30.0
 NEAR_M: Final = 0.15
@@ -69,7 +69,7 @@ def _fit(a: Array, b: Array) -> tuple[float, Array]:
 def make_known(room: Room, profile: str, rng: np.random.Generator) -> Known:
     """Let the core draw the room in a flight of some minutes."""
     poses = drone_route(room, rng.uniform(*_MAPPING_S), rng)
-    ranges_m = _publish(Rangers(Sensor(), room.walls, rng), poses, [], rng)
+    ranges_m = publish(Rangers(Sensor(), room.walls, rng), poses, [], rng)
     odometry = drifting(poses, profile, rng)
     x, y, yaw = poses[0]
     c, s = math.cos(yaw), math.sin(yaw)
@@ -121,7 +121,7 @@ def lost_route(
         way = -way
     poses = np.array(drone.poses[: round(seconds / TICK_S)])
     for column, (sigma, tau_s) in enumerate(_WOBBLES):
-        poses[:, column] += _wobble(len(poses), sigma, tau_s, rng)
+        poses[:, column] += wobble(len(poses), sigma, tau_s, rng)
     return poses
 
 
@@ -157,7 +157,7 @@ def lost_flight(known: Known, profile: str, rng: np.random.Generator) -> LostFli
     places = Lattice(known.room).points
     rangers = Rangers(Sensor(), known.room.walls, rng)
     poses = lost_route(known.room, places[rng.integers(len(places))], LIMIT_S, rangers, rng)
-    ranges_m = _publish(rangers, poses, [], rng)
+    ranges_m = publish(rangers, poses, [], rng)
     return LostFlight(poses, drifting(poses, profile, rng), ranges_m)
 
 

@@ -63,9 +63,7 @@ def _sheared(room: Room, poses: Array, shear_deg: float) -> tuple[Array, Array]:
     return walls, moved
 
 
-def _publish(
-    rangers: Rangers, poses: Array, people: list[Array], rng: np.random.Generator
-) -> Array:
+def publish(rangers: Rangers, poses: Array, people: list[Array], rng: np.random.Generator) -> Array:
     """A new set every 100 ms, measured 70 to 90 ms earlier, noticed up to a tick late."""
     ticks = len(poses)
     period = RANGE_PERIOD_STEPS // STEPS_PER_TICK
@@ -112,7 +110,7 @@ def make_flight(seed: int, profile: str, variant: Variant = PLAIN) -> Flight:
     people = [walker_route(room, len(poses), poses, faults) for _ in range(variant.people)]
     walls, poses = _sheared(room, poses, variant.shear_deg)
     rangers = Rangers(variant.sensor, walls, faults)
-    ranges_m = _publish(rangers, poses, people, faults)
+    ranges_m = publish(rangers, poses, people, faults)
     odometry = drifting(poses, profile, drift)
     truth, walls = _into_first_pose(poses, walls)
     cell_m, centre_m = _cell_m(walls)

@@ -124,7 +124,7 @@ class Traveller:
         self.x_m, self.y_m = float(to[0]), float(to[1])
 
 
-def _wobble(ticks: int, sigma: float, tau_s: float, rng: np.random.Generator) -> Array:
+def wobble(ticks: int, sigma: float, tau_s: float, rng: np.random.Generator) -> Array:
     """What remains of gusts and control: an Ornstein-Uhlenbeck process."""
     keep = math.exp(-TICK_S / tau_s)
     kicks = rng.standard_normal(ticks) * sigma * math.sqrt(1.0 - keep * keep)
@@ -162,7 +162,7 @@ def drone_route(room: Room, seconds: float, rng: np.random.Generator) -> Array:
             drone.turn(math.copysign(angle, rng.random() - 0.5), 50.0)
     poses = np.array(drone.poses[: round(seconds / TICK_S)])
     for column, (sigma, tau_s) in enumerate(((0.015, 0.8), (0.015, 0.8), (math.radians(1), 0.6))):
-        poses[:, column] += _wobble(len(poses), sigma, tau_s, rng)
+        poses[:, column] += wobble(len(poses), sigma, tau_s, rng)
     return poses
 
 

@@ -15,6 +15,8 @@ from tests.firmware.records import first_difference, outputs
 
 STAGES: Final = {
     "scan": "scan_step",
+    "predict": "slam_predict",
+    "take in": "slam_update",
     "slam": "slam_work",
     "draw": "grid_insert",
     "clearance": "clearance_refresh",

@@ -7,7 +7,7 @@
 
 /** What a step costs of the budget, by the cycles that it takes on the chip. */
 enum {
-  UNITS_OF_SAMPLE = 1,
+  UNITS_OF_STEP = 1,     ///< of a tree
   UNITS_OF_REWIRING = 2, ///< a sample once there is a way
   UNITS_OF_WAVE = 6,
   UNITS_OF_FRONTIER_WAVE = 28, ///< it also looks at what was seen
@@ -221,7 +221,9 @@ static void sample(pathfinder_t *planner, const clearance_t *clearance) {
     }
   } else {
     planner->samples++;
-    if (rrtstar_sample(rrt, clearance)) {
+    bool better = rrtstar_sample(rrt, clearance);
+    planner->credit -= found ? UNITS_OF_REWIRING : UNITS_OF_STEP * (int32_t)rrt->steps;
+    if (better) {
       pull_from_tree(planner, clearance);
     }
   }
@@ -351,7 +353,6 @@ pathfinder_status_t pathfinder_extend(pathfinder_t *planner, const clearance_t *
   while (planner->credit > 0 && planner->stage != PATHFINDER_END) {
     switch (planner->stage) {
     case PATHFINDER_GROW:
-      planner->credit -= planner->status == PATHFINDER_FOUND ? UNITS_OF_REWIRING : UNITS_OF_SAMPLE;
       sample(planner, clearance);
       break;
     case PATHFINDER_WAVE:

@@ -84,7 +84,7 @@ pathfinder_status_t pathfinder_start_frontier(pathfinder_t *planner, const pathf
  * look first where it broke. Same as pathfinder_start where no way was known. */
 pathfinder_status_t pathfinder_repair(pathfinder_t *planner, const clearance_t *clearance,
                                       vec2_t start_cells);
-/** Work for up to `budget` units; a sample is one. The grid is read for frontiers alone. */
+/** Work for up to `budget` units; a step of a tree is one. The grid is read for frontiers alone. */
 pathfinder_status_t pathfinder_extend(pathfinder_t *planner, const clearance_t *clearance,
                                       const grid_t *grid, int budget);
 /** True when more samples are not worth their time. */

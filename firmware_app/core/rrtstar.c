@@ -32,6 +32,7 @@ void rrtstar_start(rrtstar_t *rrt, lattice_t start, lattice_t goal, float step_c
   rrt->focus_cells = HUGE_CELLS;
   rrt->best_cells = HUGE_CELLS;
   rrt->connected = false;
+  rrt->steps = 0;
   (void)tree_add(&rrt->tree, TREE_OF_GOAL, goal, TREE_NONE);
   rrt->start_node = (int16_t)tree_add(&rrt->tree, TREE_OF_START, start, TREE_NONE);
 }
@@ -101,6 +102,7 @@ static void join(rrtstar_t *rrt, int of_goal, int of_start) {
 static bool meet(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side, int node) {
   lattice_t to = node_of(rrt, node)->at;
   for (int i = 0; i < MEETINGS_MAX; i++) {
+    rrt->steps++;
     int nearest = tree_nearest(&rrt->tree, side, to);
     lattice_t from = node_of(rrt, nearest)->at;
     lattice_t at = towards(from, to, rrt->step_cells);
@@ -245,6 +247,7 @@ static void optimise(rrtstar_t *rrt, const clearance_t *clearance) {
 }
 
 bool rrtstar_sample(rrtstar_t *rrt, const clearance_t *clearance) {
+  rrt->steps = 1;
   if (!rrt->connected) {
     return connect(rrt, clearance);
   }

@@ -27,6 +27,7 @@ typedef struct {
   lattice_t start;
   lattice_t goal;
   int16_t start_node;
+  uint16_t steps; ///< of the trees in the last sample: what it cost
   bool connected;
   float step_cells;  ///< longest new edge until there is a way
   lattice_t focus;   ///< until there is a way samples come from about here,

@@ -90,7 +90,8 @@ static void aim(reloc_t *reloc, const grid_t *grid) {
   pose2_t from_odom =
       pose2_compose((pose2_t){0.0f, 0.0f, heading_rad(reloc)}, pose2_inverse(reloc->anchor));
   int hits = count_hits(reloc);
-  int wanted = hits < RELOC_ENDS ? hits : RELOC_ENDS;
+  bool enough = hits >= RELOC_ENDS;
+  int wanted = enough ? RELOC_ENDS : hits;
   int seen = 0;
   int taken = 0;
   for (int i = 0; i < reloc->count; i++) {
@@ -101,7 +102,7 @@ static void aim(reloc_t *reloc, const grid_t *grid) {
         continue;
       }
       if (taken < wanted && seen * wanted >= taken * hits) {
-        int slot = wanted == RELOC_ENDS ? taken * END_STEP % RELOC_ENDS : taken;
+        int slot = enough ? taken * END_STEP % RELOC_ENDS : taken;
         put_end(reloc, slot, body, 0.001f * (float)set->range_mm[beam], beam, grid->cells_per_m);
         taken++;
       }

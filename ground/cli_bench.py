@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated
@@ -28,6 +29,14 @@ def _bench(name: str) -> ModuleType:
         return importlib.import_module(f"tests.bench.{name}")
     except ImportError as error:
         fail(f"bench lacks a package ({error}): run `make setup` in the checkout")
+
+
+def _chosen(option: str, listed: str, known: Iterable[str]) -> tuple[str, ...]:
+    """The names in a list with commas, all of them known."""
+    names = tuple(name.strip() for name in listed.split(",") if name.strip())
+    if unknown := set(names) - set(known):
+        fail(f"{option} knows {', '.join(known)}, not {', '.join(sorted(unknown))}")
+    return names
 
 
 @bench_app.command("chip")
@@ -58,9 +67,7 @@ def bench_slam(
 ) -> None:
     """Fly the core's SLAM through simulated rooms: how far off are poses and map?"""
     slam = _bench("slam.command")
-    wanted = [name.strip() for name in profile.split(",") if name.strip()]
-    if unknown := set(wanted) - set(slam.GROUPS):
-        fail(f"--profile knows {', '.join(slam.GROUPS)}, not {', '.join(sorted(unknown))}")
+    wanted = list(_chosen("--profile", profile, slam.GROUPS))
     if against not in (None, "pf"):
         fail(f"--against knows pf, not {against}")
     if not slam.run_slam(slam.Wanted(seed, flights, wanted, against, flight), json_file, out):
@@ -97,9 +104,7 @@ def bench_plan(
 ) -> None:
     """Plan on the same problems as OMPL, A* and Theta*: how many times as fast, how short?"""
     plan = _bench("plan.command")
-    wanted = tuple(name.strip() for name in against.split(",") if name.strip())
-    if unknown := set(wanted) - set(plan.OPPONENTS):
-        fail(f"--against knows {', '.join(plan.OPPONENTS)}, not {', '.join(sorted(unknown))}")
+    wanted = _chosen("--against", against, plan.OPPONENTS)
     options = plan.Options(seed, problems, wanted, seeds, maps, reuse, json_file, plots)
     if not plan.run_plan(options, out):
         raise typer.Exit(1)

@@ -53,29 +53,12 @@ void clearance_mark(clearance_t *clearance, grid_t *grid) {
   memset(grid->changed_rows, 0, sizeof grid->changed_rows);
 }
 
-/** Set bits also one place to the left and right of each. */
-static void spread(uint32_t bits[GRID_BIT_WORDS]) {
-  uint32_t before = 0u;
-  for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    uint32_t word = bits[i];
-    uint32_t after = i + 1 < GRID_BIT_WORDS ? bits[i + 1] : 0u;
-    bits[i] = word | word << 1 | word >> 1 | before >> 31 | after << 31;
-    before = word;
-  }
-}
-
-/** The lowest `count` bits of a word, count of any size. */
-static uint32_t low_bits(int count) {
-  return count <= 0 ? 0u : count >= 32 ? ~0u : (1u << count) - 1u;
-}
-
-/** Everything outside the columns [x0, x1]. */
+/** Everything outside the fence. */
 static void outside_fence(const clearance_t *clearance, int iy, uint32_t bits[GRID_BIT_WORDS]) {
   bool row_inside = iy >= clearance->fence_y0 && iy <= clearance->fence_y1;
+  grid_columns(clearance->fence_x0, clearance->fence_x1, bits);
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    uint32_t before = low_bits(clearance->fence_x0 - i * 32);
-    uint32_t up_to = low_bits(clearance->fence_x1 + 1 - i * 32);
-    bits[i] = row_inside ? before | ~up_to : ~0u;
+    bits[i] = row_inside ? ~bits[i] : ~0u;
   }
 }
 
@@ -89,7 +72,7 @@ static void rebuild_row(clearance_t *clearance, const grid_t *grid, int iy) {
       continue;
     }
     for (int i = clearance->half_width[dy < 0 ? -dy : dy]; i > 0; i--) {
-      spread(row);
+      grid_widen_row(row);
     }
     for (int i = 0; i < GRID_BIT_WORDS; i++) {
       blocked[i] |= row[i];

@@ -232,6 +232,27 @@ void grid_occupied_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]
   }
 }
 
+/** The lowest `count` bits of a word, count of any size. */
+static uint32_t low_bits(int count) {
+  return count <= 0 ? 0u : count >= 32 ? ~0u : (1u << count) - 1u;
+}
+
+void grid_columns(int first, int last, uint32_t bits[GRID_BIT_WORDS]) {
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    bits[i] = low_bits(last + 1 - i * 32) & ~low_bits(first - i * 32);
+  }
+}
+
+void grid_widen_row(uint32_t bits[GRID_BIT_WORDS]) {
+  uint32_t before = 0u;
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    uint32_t word = bits[i];
+    uint32_t after = i + 1 < GRID_BIT_WORDS ? bits[i + 1] : 0u;
+    bits[i] = word | word << 1 | word >> 1 | before >> 31 | after << 31;
+    before = word;
+  }
+}
+
 void grid_known_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]) {
   memset(bits, 0, GRID_BIT_WORDS * sizeof bits[0]);
   if (iy < 0 || iy >= GRID_SIDE_CELLS) {

@@ -89,6 +89,10 @@ int grid_insert(grid_t *grid, const scan_frame_t *frame, pose2_t map_pose);
 /** Occupied cells of row iy as bits, ix = 0 at bit 0 of bits[0]. A row outside the grid is empty.
  */
 void grid_occupied_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]);
+/** The columns first..last of a row, likewise; what lies outside the grid is left out. */
+void grid_columns(int first, int last, uint32_t bits[GRID_BIT_WORDS]);
+/** Set bits of a row also one place to the left and right of each. */
+void grid_widen_row(uint32_t bits[GRID_BIT_WORDS]);
 /** Cells of row iy that were observed, likewise. */
 void grid_known_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]);
 

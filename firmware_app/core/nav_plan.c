@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* Planning in slices. A plan for the goal of the last one goes on from its tree. */
+/* Planning in slices. A plan for the goal of the last one goes on from its way. */
 #include "nav.h"
 #include "nav_parts.h"
 

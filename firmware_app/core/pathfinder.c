@@ -303,20 +303,12 @@ static void begin_path_at(pathfinder_t *planner, const clearance_t *clearance, l
   planner->path[0] = planner->start = start;
 }
 
-/** Pieces of the path, counted from its start, up to the first that is blocked. */
-static int pieces_in_sight(const clearance_t *clearance, const lattice_t *path, int count) {
+/** Pieces of the path up to the first that is blocked; from its end where `step` is -1. */
+static int pieces_in_sight(const clearance_t *clearance, const lattice_t *end, int step,
+                           int count) {
   int pieces = 0;
-  while (pieces + 1 < count && clearance_sees(clearance, path[pieces], path[pieces + 1])) {
-    pieces++;
-  }
-  return pieces;
-}
-
-/** The same from its end. */
-static int pieces_in_sight_of_goal(const clearance_t *clearance, const lattice_t *path, int count) {
-  int pieces = 0;
-  while (pieces + 1 < count &&
-         clearance_sees(clearance, path[count - 1 - pieces], path[count - 2 - pieces])) {
+  while (pieces + 1 < count && clearance_sees(clearance, end[0], end[step])) {
+    end += step;
     pieces++;
   }
   return pieces;
@@ -333,8 +325,8 @@ pathfinder_status_t pathfinder_repair(pathfinder_t *planner, const clearance_t *
   begin_path_at(planner, clearance, settled(start_cells));
   int count = planner->path_count;
   float broken_cells = planner->best_cells;
-  int before = pieces_in_sight(clearance, planner->path, count);
-  int after = pieces_in_sight_of_goal(clearance, planner->path, count);
+  int before = pieces_in_sight(clearance, planner->path, 1, count);
+  int after = pieces_in_sight(clearance, &planner->path[count - 1], -1, count);
   reset(planner, &cfg, start_cells, goal_cells, planner->seed + 1u);
   start_tree(planner);
   planner->broken_cells = broken_cells;

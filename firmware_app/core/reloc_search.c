@@ -24,24 +24,9 @@ static const float HEADING_RAD = 6.28318531f / 72.0f;
 static const float APART_CELLS = 6.5f; ///< nearer in x and y
 static const float APART_RAD = 0.218f; ///< and turned less (12.5 degrees): the same place
 
-static bool thick_at(const reloc_t *reloc, int ix, int iy) {
+bool reloc_is_thick(const reloc_t *reloc, int ix, int iy) {
   return ((ix | iy) & ~(GRID_SIDE_CELLS - 1)) == 0 &&
          (reloc->thick[iy * GRID_BIT_WORDS + ix / 32] >> (ix % 32) & 1u) != 0u;
-}
-
-bool reloc_is_thick(const reloc_t *reloc, int ix, int iy) {
-  return thick_at(reloc, ix, iy);
-}
-
-/** Set bits also one place to the left and right of each. */
-static void widen(uint32_t bits[GRID_BIT_WORDS]) {
-  uint32_t before = 0u;
-  for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    uint32_t word = bits[i];
-    uint32_t after = i + 1 < GRID_BIT_WORDS ? bits[i + 1] : 0u;
-    bits[i] = word | word << 1 | word >> 1 | before >> 31 | after << 31;
-    before = word;
-  }
 }
 
 void reloc_thicken_row(reloc_t *reloc, const grid_t *grid, int iy) {
@@ -55,7 +40,7 @@ void reloc_thicken_row(reloc_t *reloc, const grid_t *grid, int iy) {
     }
   }
   for (int step = 0; step < RELOC_THICK_CELLS; step++) {
-    widen(thick);
+    grid_widen_row(thick);
   }
 }
 
@@ -160,7 +145,7 @@ static int count_misses(const reloc_t *reloc, int ix, int iy, int *units) {
   int misses = 0;
   int end = 0;
   for (; end < reloc->ends && misses <= reloc->misses_max; end++) {
-    misses += !thick_at(reloc, ix + reloc->end_cells[end][0], iy + reloc->end_cells[end][1]);
+    misses += !reloc_is_thick(reloc, ix + reloc->end_cells[end][0], iy + reloc->end_cells[end][1]);
   }
   *units += 1 + end / ENDS_PER_UNIT;
   return misses;

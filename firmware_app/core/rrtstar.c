@@ -81,15 +81,22 @@ static bool draw_free(rrtstar_t *rrt, const clearance_t *clearance, lattice_t *p
   return false;
 }
 
-/** A new node up to a step from the nearest of a side. @return it, or TREE_NONE */
-static int extend(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side, lattice_t to) {
+/** The nearest node of a side, and the place up to a step from it towards `to`.
+ * @return TREE_NONE if the node does not see the place */
+static int reach(const rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side, lattice_t to,
+                 lattice_t *at) {
   int nearest = tree_nearest(&rrt->tree, side, to);
   lattice_t from = node_of(rrt, nearest)->at;
-  lattice_t at = towards(from, to, rrt->step_cells);
-  if (lattice_equal(from, at) || !clearance_sees(clearance, from, at)) {
-    return TREE_NONE;
-  }
-  return tree_add(&rrt->tree, side, at, nearest);
+  *at = towards(from, to, rrt->step_cells);
+  return clearance_sees(clearance, from, *at) ? nearest : TREE_NONE;
+}
+
+/** A new node up to a step from the nearest of a side. @return it, or TREE_NONE */
+static int extend(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side, lattice_t to) {
+  lattice_t at;
+  int nearest = reach(rrt, clearance, side, to, &at);
+  bool new_place = nearest != TREE_NONE && !lattice_equal(node_of(rrt, nearest)->at, at);
+  return new_place ? tree_add(&rrt->tree, side, at, nearest) : TREE_NONE;
 }
 
 /** Make one tree of the two, which meet at a node of each. */
@@ -103,10 +110,9 @@ static bool meet(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side,
   lattice_t to = node_of(rrt, node)->at;
   for (int i = 0; i < MEETINGS_MAX; i++) {
     rrt->steps++;
-    int nearest = tree_nearest(&rrt->tree, side, to);
-    lattice_t from = node_of(rrt, nearest)->at;
-    lattice_t at = towards(from, to, rrt->step_cells);
-    if (!clearance_sees(clearance, from, at)) {
+    lattice_t at;
+    int nearest = reach(rrt, clearance, side, to, &at);
+    if (nearest == TREE_NONE) {
       return false;
     }
     if (lattice_equal(at, to)) {
@@ -210,11 +216,16 @@ static int choose_parent(const rrtstar_t *rrt, const clearance_t *clearance, lat
   }
 }
 
-/** Hang node i below `parent` if that is shorter and in sight. */
-static void improve(rrtstar_t *rrt, const clearance_t *clearance, int i, int parent) {
+/** Node i would cost less below `parent`. */
+static bool is_cheaper(const rrtstar_t *rrt, int i, int parent) {
   float through = node_of(rrt, parent)->cost_cells +
                   lattice_distance(node_of(rrt, parent)->at, node_of(rrt, i)->at);
-  if (i != parent && through < node_of(rrt, i)->cost_cells - LEAST_GAIN_CELLS &&
+  return i != parent && through < node_of(rrt, i)->cost_cells - LEAST_GAIN_CELLS;
+}
+
+/** Hang node i below `parent` if that is shorter and in sight. */
+static void improve(rrtstar_t *rrt, const clearance_t *clearance, int i, int parent) {
+  if (is_cheaper(rrt, i, parent) &&
       clearance_sees(clearance, node_of(rrt, i)->at, node_of(rrt, parent)->at)) {
     tree_move(&rrt->tree, i, parent);
   }
@@ -282,12 +293,8 @@ void rrtstar_graft(rrtstar_t *rrt, const lattice_t *way, int count) {
         make_room(rrt, above);
       }
       node = tree_add(&rrt->tree, TREE_OF_GOAL, way[k], above);
-    } else if (node != above) {
-      float through =
-          node_of(rrt, above)->cost_cells + lattice_distance(node_of(rrt, above)->at, way[k]);
-      if (through < node_of(rrt, node)->cost_cells - LEAST_GAIN_CELLS) {
-        tree_move(&rrt->tree, node, above);
-      }
+    } else if (is_cheaper(rrt, node, above)) {
+      tree_move(&rrt->tree, node, above);
     }
     if (node == TREE_NONE) {
       return; // every other node is on the way to the start: there is nothing to gain

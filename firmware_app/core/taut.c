@@ -98,17 +98,13 @@ static bool add_corner(hull_t *hull, lattice_t p) {
   return true;
 }
 
-static int lowest_bit(uint32_t bits) {
-  return __builtin_ctz(bits);
-}
-
 /** Corners among 32 vertices of row iy, of those that `columns` lets through. */
 static bool add_corners(hull_t *hull, const clearance_t *clearance, int iy, int word,
                         uint32_t columns) {
   uint32_t kinds[CLEARANCE_CORNER_KINDS];
   uint32_t any = clearance_corners(clearance, iy, word, kinds) & columns;
   while (any != 0u) {
-    int i = lowest_bit(any);
+    int i = __builtin_ctz(any);
     int kind = 0;
     any &= any - 1u;
     while ((kinds[kind] >> i & 1u) == 0u) {

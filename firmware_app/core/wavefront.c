@@ -53,17 +53,10 @@ void wavefront_start(wavefront_t *wave, wavefront_kind_t kind, grid_cell_t root,
   }
 }
 
-/** The lowest `count` bits of a word, count of any size. */
-static uint32_t low_bits(int count) {
-  return count <= 0 ? 0u : count >= 32 ? ~0u : (1u << count) - 1u;
-}
-
 void wavefront_limit(wavefront_t *wave, grid_cell_t low, grid_cell_t high) {
   wave->first_row = (int16_t)(low.iy > 0 ? low.iy : 0);
   wave->last_row = (int16_t)(high.iy < GRID_SIDE_CELLS ? high.iy : GRID_SIDE_CELLS - 1);
-  for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    wave->columns[i] = low_bits(high.ix + 1 - i * 32) & ~low_bits(low.ix - i * 32);
-  }
+  grid_columns(low.ix, high.ix, wave->columns);
 }
 
 /** Cells of a row that the last wave reached, and those that a way may go through. */

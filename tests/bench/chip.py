@@ -15,7 +15,7 @@ from typing import Any
 from rich.console import Console
 
 from tests.bench import chip_app
-from tests.bench.cycles import SAFETY, TICK_LIMIT_CYCLES, columns, figures, stage_table
+from tests.bench.cycles import SAFETY, TICK_LIMIT_CYCLES, flag_figures, outcome, stage_table
 from tests.firmware.build import FLAG_SETS
 from tests.firmware.flights import ALL, Flight
 from tests.firmware.replay import STAGES, TICK, Replay, replay
@@ -37,22 +37,16 @@ def fly(flights: Iterable[Flight], out: Console) -> dict[str, list[Replay]]:
         for flags, replays in done.items():
             replays.append(replay(flight, flags))
         differences = {flags: replays[-1].difference for flags, replays in done.items()}
-        parted = [f"{flags}: {said}" for flags, said in differences.items() if said]
         ticks = done["firmware"][-1].recording.ticks
-        out.print(f"{flight.name:28} {ticks:6} ticks  {'; '.join(parted) or 'bit for bit'}")
+        out.print(f"{flight.name:28} {ticks:6} ticks  {outcome(differences)}")
     return done
 
 
 def report(done: dict[str, list[Replay]]) -> dict[str, Any]:
     """Everything that is measured, as JSON; costs are those of the firmware's own flags."""
     names = {"tick": TICK} | STAGES
-    stages = {
-        flags: {
-            name: figures(cycles)
-            for name, cycles in columns((replayed.run for replayed in replays), names).items()
-        }
-        for flags, replays in done.items()
-    }
+    runs = {flags: [replayed.run for replayed in replays] for flags, replays in done.items()}
+    stages = flag_figures(runs, names)
     pairs = list(zip(*done.values(), strict=True))
     alike = sum(all(replayed.difference is None for replayed in pair) for pair in pairs)
     with tempfile.TemporaryDirectory() as folder:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from tests.bench.cycles import AROUND_LIMIT_CYCLES, SAFETY, columns, figures
+from tests.bench.cycles import AROUND_LIMIT_CYCLES, SAFETY, flag_figures, outcome
 from tests.firmware.app_flights import MANY
 from tests.firmware.app_replay import APP_STAGES, PERIOD, AppReplay, replay_app
 from tests.firmware.build import FLAG_SETS
@@ -25,9 +25,8 @@ def fly(flights: Iterable[Flight], out: Console) -> dict[str, list[AppReplay]]:
         for flags, replays in done.items():
             replays.append(replay_app(flight, flags))
         differences = {flags: replays[-1].difference for flags, replays in done.items()}
-        parted = [f"{flags}: {said}" for flags, said in differences.items() if said]
         calls = len(done["firmware"][-1].flown.recording.outcomes)
-        out.print(f"{flight.name:28} {calls:6} calls  {'; '.join(parted) or 'bit for bit'}")
+        out.print(f"{flight.name:28} {calls:6} calls  {outcome(differences)}")
     return done
 
 
@@ -40,13 +39,8 @@ def around(done: AppReplay) -> int:
 def report(done: dict[str, list[AppReplay]]) -> dict[str, Any]:
     """What is measured, as JSON; costs are those of the firmware's own flags."""
     names = {"period": PERIOD} | APP_STAGES
-    stages = {
-        flags: {
-            name: figures(cycles)
-            for name, cycles in columns((replayed.run for replayed in replays), names).items()
-        }
-        for flags, replays in done.items()
-    }
+    runs = {flags: [replayed.run for replayed in replays] for flags, replays in done.items()}
+    stages = flag_figures(runs, names)
     pairs = list(zip(*done.values(), strict=True))
     alike = sum(all(replayed.difference is None for replayed in pair) for pair in pairs)
     stack = max(replayed.stack_bytes for replayed in done["firmware"])

@@ -42,6 +42,22 @@ def figures(cycles: Cycles) -> dict[str, int]:
     }
 
 
+def flag_figures(
+    runs: Mapping[str, Iterable[Run]], stages: Mapping[str, str]
+) -> dict[str, dict[str, dict[str, int]]]:
+    """Figures of each stage for each set of flags."""
+    return {
+        flags: {name: figures(cycles) for name, cycles in columns(found, stages).items()}
+        for flags, found in runs.items()
+    }
+
+
+def outcome(differences: Mapping[str, str | None]) -> str:
+    """What parted under which flags, in a few words."""
+    parted = [f"{flags}: {said}" for flags, said in differences.items() if said]
+    return "; ".join(parted) or "bit for bit"
+
+
 def stage_table(title: str, stages: dict[str, dict[str, int]]) -> Table:
     """Stages of a tick; those with a colon are a part of the one before the colon."""
     table = Table("stage", "ticks", "median", "p99", "worst", "worst x 1.25", "ms", title=title)

@@ -47,6 +47,7 @@ class MissionCmd(IntEnum):
     HOLD = lib.MISSION_CMD_HOLD
     SCAN = lib.MISSION_CMD_SCAN
     FORGET = lib.MISSION_CMD_FORGET
+    RELOCALISE = lib.MISSION_CMD_RELOCALISE
 
 
 class MissionState(IntEnum):
@@ -62,6 +63,7 @@ class MissionState(IntEnum):
     RETURN = lib.MISSION_RETURN
     LAND = lib.MISSION_LAND
     FAULT = lib.MISSION_FAULT
+    RELOCALISE = lib.MISSION_RELOCALISE
 
     @property
     def airborne(self) -> bool:
@@ -93,6 +95,8 @@ class MissionReason(IntEnum):
     RANGES_FROZEN = lib.MISSION_RANGES_FROZEN
     TUMBLED = lib.MISSION_TUMBLED
     SELF_TEST = lib.MISSION_SELF_TEST
+    LOST = lib.MISSION_LOST
+    NO_MAP = lib.MISSION_NO_MAP
 
 
 class WireType(IntEnum):
@@ -105,6 +109,7 @@ class WireType(IntEnum):
     EVENT = lib.WIRE_EVENT
     HEARTBEAT = lib.WIRE_HEARTBEAT
     SNAPSHOT = lib.WIRE_SNAPSHOT
+    MAP = lib.WIRE_MAP
 
 
 class WireStatus(IntEnum):
@@ -125,6 +130,7 @@ class EventCode(IntEnum):
     FAULT = lib.WIRE_EVENT_FAULT
     ARRIVED = lib.WIRE_EVENT_ARRIVED
     EXPLORED = lib.WIRE_EVENT_EXPLORED
+    FOUND = lib.WIRE_EVENT_FOUND
 
 
 class Capability(IntFlag):

@@ -16,6 +16,7 @@ STATE_WORDS: dict[MissionState, str] = {
     MissionState.RETURN: "flying home",
     MissionState.LAND: "landing",
     MissionState.FAULT: "stopped by a fault",
+    MissionState.RELOCALISE: "finding out where it is in its map",
 }
 
 REASON_WORDS: dict[MissionReason, str] = {
@@ -40,6 +41,8 @@ REASON_WORDS: dict[MissionReason, str] = {
     MissionReason.RANGES_FROZEN: "the distance sensors have stopped changing",
     MissionReason.TUMBLED: "it tumbled",
     MissionReason.SELF_TEST: "its self-test is running",
+    MissionReason.LOST: "it could not find out where it is in its map",
+    MissionReason.NO_MAP: "it has no map to find itself in",
 }
 
 SELF_TEST_WORDS: dict[SelfTest, str] = {
@@ -59,4 +62,5 @@ COMMAND_WORDS: dict[MissionCmd, str] = {
     MissionCmd.HOLD: "hold",
     MissionCmd.SCAN: "look around",
     MissionCmd.FORGET: "forget the map",
+    MissionCmd.RELOCALISE: "find its place in the map",
 }

@@ -79,6 +79,8 @@ static bool on_message(nav_t *nav, const wire_message_t *message) {
     send_route_again();
     nav_resend_map(nav);
     return true;
+  case WIRE_MAP:
+    return !app_selftest_running() && nav_take_map_piece(nav, message->body.map);
   case WIRE_ACK:
   case WIRE_PATH:
   case WIRE_EVENT:

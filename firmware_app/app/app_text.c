@@ -23,6 +23,8 @@ static const char *const reasons[] = {
     [MISSION_RANGES_FROZEN] = "ranges frozen",
     [MISSION_TUMBLED] = "tumbled",
     [MISSION_SELF_TEST] = "self-test is running",
+    [MISSION_LOST] = "it does not know where it is in its map",
+    [MISSION_NO_MAP] = "there is no map to find itself in",
 };
 
 _Static_assert(sizeof reasons / sizeof *reasons == MISSION_REASONS, "a reason without words");

@@ -5,6 +5,7 @@
 #ifndef MAPSTREAM_H
 #define MAPSTREAM_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "grid.h"
@@ -20,5 +21,8 @@ typedef struct {
 void mapstream_init(mapstream_t *stream);
 /** Fill WIRE_MAP_BYTES with the next piece and forget that its tile had changed. */
 void mapstream_next(mapstream_t *stream, grid_t *grid, uint8_t epoch, uint8_t *bytes);
+/** The other way: put a piece that was kept into the grid, with little evidence; a cell that
+ * believes the same already stays. @return false if its check or its epoch does not match */
+bool mapstream_take(grid_t *grid, uint8_t epoch, const uint8_t *bytes);
 
 #endif

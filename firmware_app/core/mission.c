@@ -15,6 +15,7 @@ enum {
   TO_RETURN,
   TO_LAND,
   TO_FAULT,
+  TO_RELOCALISE,
   BY_TASK,    ///< PLAN if there is a task, else HOVER
   LOOK_AGAIN, ///< SCAN if there is a task, else HOVER
   GO,         ///< RETURN if the task is to go home, else FOLLOW
@@ -28,6 +29,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_TAKE_OFF] = TO_TAKEOFF,
             [MISSION_EV_TASK] = TO_IDLE,
             [MISSION_EV_WAY_EXISTS] = TO_TAKEOFF,
+            [MISSION_EV_RELOCALISE] = TO_TAKEOFF,
             [MISSION_EV_NO_ROUTE] = END | TO_IDLE,
             [MISSION_EV_LAND] = END | TO_IDLE,
             [MISSION_EV_HOLD] = END | TO_IDLE,
@@ -47,6 +49,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_LAND] = END | TO_LAND,
             [MISSION_EV_HOLD] = END | TO_HOVER,
             [MISSION_EV_NEAR] = TO_AVOID,
+            [MISSION_EV_RELOCALISE] = TO_RELOCALISE,
             [MISSION_EV_FAILED] = END | TO_FAULT,
         },
     [MISSION_PLAN] =
@@ -59,6 +62,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_LAND] = END | TO_LAND,
             [MISSION_EV_HOLD] = END | TO_HOVER,
             [MISSION_EV_NEAR] = TO_AVOID,
+            [MISSION_EV_RELOCALISE] = TO_RELOCALISE,
             [MISSION_EV_FAILED] = END | TO_FAULT,
         },
     [MISSION_FOLLOW] =
@@ -71,6 +75,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_LAND] = END | TO_LAND,
             [MISSION_EV_HOLD] = END | TO_HOVER,
             [MISSION_EV_NEAR] = TO_AVOID,
+            [MISSION_EV_RELOCALISE] = TO_RELOCALISE,
             [MISSION_EV_FAILED] = END | TO_FAULT,
         },
     [MISSION_AVOID] =
@@ -78,6 +83,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_CLEAR] = LOOK_AGAIN,
             [MISSION_EV_LAND] = END | TO_LAND,
             [MISSION_EV_HOLD] = END | STAY,
+            [MISSION_EV_RELOCALISE] = TO_RELOCALISE,
             [MISSION_EV_FAILED] = END | TO_FAULT,
         },
     [MISSION_HOVER] =
@@ -87,6 +93,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_HOLD] = END | TO_HOVER,
             [MISSION_EV_LAND] = END | TO_LAND,
             [MISSION_EV_NEAR] = TO_AVOID,
+            [MISSION_EV_RELOCALISE] = TO_RELOCALISE,
             [MISSION_EV_FAILED] = END | TO_FAULT,
         },
     [MISSION_RETURN] =
@@ -99,6 +106,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_LAND] = END | TO_LAND,
             [MISSION_EV_HOLD] = END | TO_HOVER,
             [MISSION_EV_NEAR] = TO_AVOID,
+            [MISSION_EV_RELOCALISE] = TO_RELOCALISE,
             [MISSION_EV_FAILED] = END | TO_FAULT,
         },
     [MISSION_LAND] =
@@ -107,12 +115,24 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_TAKE_OFF] = TO_TAKEOFF,
             [MISSION_EV_TASK] = TO_TAKEOFF,
             [MISSION_EV_HOLD] = END | TO_HOVER,
+            [MISSION_EV_RELOCALISE] = TO_TAKEOFF,
             [MISSION_EV_FAILED] = END | TO_FAULT,
         },
     [MISSION_FAULT] =
         {
             [MISSION_EV_TAKE_OFF] = TO_TAKEOFF,
             [MISSION_EV_TASK] = TO_IDLE,
+            [MISSION_EV_RELOCALISE] = TO_TAKEOFF,
+        },
+    [MISSION_RELOCALISE] =
+        {
+            [MISSION_EV_FOUND] = BY_TASK,
+            [MISSION_EV_NOT_FOUND] = END | TO_LAND,
+            [MISSION_EV_RELOCALISE] = TO_RELOCALISE,
+            [MISSION_EV_SCAN] = TO_SCAN,
+            [MISSION_EV_LAND] = END | TO_LAND,
+            [MISSION_EV_HOLD] = END | TO_HOVER,
+            [MISSION_EV_FAILED] = END | TO_FAULT,
         },
 };
 
@@ -133,7 +153,8 @@ static mission_state_t after_arrival(mission_task_t task) {
   return MISSION_HOVER;
 }
 
-static mission_state_t resolve(uint8_t entry, mission_task_t task) {
+static mission_state_t resolve(uint8_t entry, const mission_t *mission) {
+  mission_task_t task = mission->task;
   bool has_task = task != MISSION_TASK_NONE;
   switch (entry) {
   case BY_TASK:
@@ -149,12 +170,19 @@ static mission_state_t resolve(uint8_t entry, mission_task_t task) {
   }
 }
 
+/** States in which it acts on the map. */
+static bool needs_pose(mission_state_t state) {
+  return state == MISSION_SCAN || state == MISSION_PLAN || state == MISSION_FOLLOW ||
+         state == MISSION_RETURN;
+}
+
 bool mission_step(mission_t *mission, mission_event_t event) {
   uint8_t entry = NEXT[mission->state][event];
   uint8_t where = entry & (uint8_t)~END;
   bool moves = where != STAY;
   if (moves) {
-    mission->state = resolve(where, mission->task);
+    mission_state_t next = resolve(where, mission);
+    mission->state = mission->lost && needs_pose(next) ? MISSION_RELOCALISE : next;
   }
   bool goal_done = where == AFTER && mission->task != MISSION_TASK_EXPLORE;
   if ((entry & END) != 0 || goal_done) {

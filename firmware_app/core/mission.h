@@ -19,6 +19,7 @@ typedef enum {
   MISSION_CMD_HOLD = 6,
   MISSION_CMD_SCAN = 7,
   MISSION_CMD_FORGET = 8,
+  MISSION_CMD_RELOCALISE = 9,
   MISSION_CMDS,
 } mission_cmd_t;
 
@@ -35,6 +36,7 @@ typedef enum {
   MISSION_RETURN,  ///< flying the route home, to land there
   MISSION_LAND,    ///< descending
   MISSION_FAULT,   ///< ended by a fault, motors off; a new command starts afresh
+  MISSION_RELOCALISE, ///< turning and moving a little until it knows where it is in its map
   MISSION_STATES,
 } mission_state_t;
 
@@ -65,6 +67,9 @@ typedef enum {
   MISSION_EV_CLEAR,      ///< the guard has room again
   MISSION_EV_LANDED,     ///< touched down
   MISSION_EV_FAILED,     ///< cannot fly any more: tumbled, stopped, locked
+  MISSION_EV_RELOCALISE, ///< command
+  MISSION_EV_FOUND,      ///< it knows again where it is
+  MISSION_EV_NOT_FOUND,  ///< it looked for long enough
   MISSION_EVENTS,
 } mission_event_t;
 
@@ -91,6 +96,8 @@ typedef enum {
   MISSION_RANGES_FROZEN, ///< the ranges have stopped changing
   MISSION_TUMBLED,
   MISSION_SELF_TEST, ///< running: everything else waits
+  MISSION_LOST,      ///< it did not find out where it is in its map
+  MISSION_NO_MAP,    ///< there is no map to find itself in
   MISSION_REASONS,
 } mission_reason_t;
 
@@ -98,6 +105,7 @@ typedef struct {
   mission_state_t state;
   mission_task_t task;
   mission_reason_t fault; ///< the last one
+  bool lost;              ///< its pose in the map is not known: it relocalises before all else
 } mission_t;
 
 void mission_init(mission_t *mission);

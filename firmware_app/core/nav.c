@@ -85,7 +85,7 @@ static void tie_frames(nav_t *nav, pose2_t odometry_before) {
     start_slam(nav, odometry);
   } else if (jumped && mission_airborne(nav->mission.state)) {
     nav_fault(nav, MISSION_ESTIMATOR);
-    slam_tie(&nav->slam, odometry, nav->pose);
+    nav_lose(nav);
     nav_apply(nav, MISSION_EV_LAND);
   } else if (jumped) {
     slam_tie(&nav->slam, odometry, nav->pose);
@@ -94,9 +94,19 @@ static void tie_frames(nav_t *nav, pose2_t odometry_before) {
   nav->pose = slam_pose(&nav->slam);
 }
 
-static bool may_map(const nav_t *nav) {
+/** High enough that the beams do not see the floor. */
+static bool may_look(const nav_t *nav) {
   return nav->mapped && mission_airborne(nav->mission.state) &&
          nav->input.odometry.height_m > MAPPING_HEIGHT_M;
+}
+
+/** A measured set: to be drawn, or to find out where it is. */
+static void take_set(nav_t *nav, const scan_frame_t *frame) {
+  if (nav->mission.state == MISSION_RELOCALISE) {
+    reloc_add(&nav->reloc, frame);
+  } else if (!nav->mission.lost) {
+    slam_update(&nav->slam, frame);
+  }
 }
 
 /** One slice of matching, or one set drawn. @return true if there was something to do: heavy stages
@@ -120,7 +130,7 @@ static void report(nav_t *nav) {
   nav->status.goal_m = nav->goal_m;
   nav->status.path_m = route_length_m(&nav->route);
   nav->status.known_cells = nav->grid.known;
-  nav->status.confidence = nav->slam.confidence;
+  nav->status.confidence = nav->mission.lost ? 0 : nav->slam.confidence;
   nav->status.state = (uint8_t)nav->mission.state;
   nav->status.fault = (uint8_t)nav->mission.fault;
   nav->status.task = (uint8_t)nav->mission.task;
@@ -133,9 +143,9 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
 
   scan_frame_t frame;
   bool fresh =
-      scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_map(nav);
+      scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_look(nav);
   if (fresh) {
-    slam_update(&nav->slam, &frame);
+    take_set(nav, &frame);
   }
   bool busy =
       fresh || map_slice(nav); // a fresh set has the route looked along, which is work enough
@@ -143,7 +153,9 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   nav->pose = slam_pose(&nav->slam);
 
   nav_watch(nav);
-  if (!busy) {
+  if (nav->mission.state == MISSION_RELOCALISE) {
+    nav_look_step(nav);
+  } else if (!busy) {
     nav_plan_step(nav);
   }
   nav_setpoint_t setpoint = nav_move(nav, fresh);

@@ -22,6 +22,7 @@
 #include "mapstream.h"
 #include "mission.h"
 #include "pathfinder.h"
+#include "reloc.h"
 #include "route.h"
 #include "scan.h"
 #include "slam.h"
@@ -127,6 +128,18 @@ typedef struct {
   uint8_t stalls;       ///< stops without progress, one after the other
 } nav_plan_t;
 
+/** Finding itself again: a full turn, then short moves with a turn behind each. */
+typedef struct {
+  bool moving;       ///< else turning
+  bool left;         ///< the way it turns
+  bool came;         ///< there was a move already
+  bool home_too;     ///< home was set while lost: it moves with the pose
+  float came_rad;    ///< direction of the last move, map frame
+  float to_turn_rad; ///< left of the turn
+  uint32_t move_since_ms;
+  uint32_t down_ms; ///< when it was last seen not lifted
+} nav_looking_t;
+
 typedef struct {
   nav_config_t cfg;
   mission_t mission;
@@ -134,7 +147,11 @@ typedef struct {
   slam_t slam;
   grid_t grid;
   clearance_t clearance;
-  pathfinder_t planner;
+  union {
+    pathfinder_t planner;
+    reloc_t reloc;
+  }; ///< by the state: nobody plans while it relocalises
+  nav_looking_t looking;
   route_t route;
   follower_t follower;
   guard_t guard;
@@ -190,6 +207,9 @@ bool nav_take_event(nav_t *nav, wire_event_t *event);
 wire_hello_t nav_hello(const nav_t *nav);
 /** The next WIRE_MAP_BYTES of the map stream. */
 void nav_next_map_piece(nav_t *nav, uint8_t *bytes);
+/** Take a piece of a map that the ground has kept, while not flying, of this epoch, WIRE_MAP_BYTES
+ * long. The drone then knows a map, but not where in it it is. @return false if it is refused */
+bool nav_take_map_piece(nav_t *nav, const uint8_t *bytes);
 /** Let every tile count as changed. */
 void nav_resend_map(nav_t *nav);
 

@@ -7,6 +7,8 @@
 #include "nav.h"
 #include "nav_parts.h"
 
+enum { KNOWN_MIN_CELLS = 200 /* a smaller map tells nothing of the place */ };
+
 static const float DEG = 0.0174532925f;
 static const float AREA_MAX_M = 30.0f;
 static const float TAKE_OFF_MARGIN_V =
@@ -135,6 +137,16 @@ static mission_reason_t command_goto(nav_t *nav, vec2_t goal_m) {
   return reason;
 }
 
+/** Whatever it believed: look for itself in the map. */
+static mission_reason_t command_relocalise(nav_t *nav) {
+  if (nav->grid.known < KNOWN_MIN_CELLS) {
+    return MISSION_NO_MAP;
+  }
+  nav_lose(nav);
+  nav_apply(nav, MISSION_EV_RELOCALISE);
+  return MISSION_OK;
+}
+
 static mission_reason_t command_grounded(nav_t *nav, const nav_command_t *command) {
   switch (command->cmd) {
   case MISSION_CMD_HOME:
@@ -151,6 +163,9 @@ static mission_reason_t command_grounded(nav_t *nav, const nav_command_t *comman
   }
   if (command->cmd == MISSION_CMD_GOTO) {
     return command_goto(nav, command->goal_m);
+  }
+  if (command->cmd == MISSION_CMD_RELOCALISE) {
+    return command_relocalise(nav);
   }
   nav->mission.task =
       command->cmd == MISSION_CMD_EXPLORE ? MISSION_TASK_EXPLORE : MISSION_TASK_NONE;
@@ -177,6 +192,8 @@ static mission_reason_t command_airborne(nav_t *nav, const nav_command_t *comman
   case MISSION_CMD_SCAN:
     nav_apply(nav, MISSION_EV_SCAN);
     return MISSION_OK;
+  case MISSION_CMD_RELOCALISE:
+    return command_relocalise(nav);
   default:
     return MISSION_FLYING;
   }
@@ -189,6 +206,7 @@ mission_reason_t nav_command(nav_t *nav, const nav_command_t *command) {
   bool airborne = mission_airborne(nav->mission.state);
   if (command->cmd == MISSION_CMD_FORGET) {
     nav->mapped = airborne;
+    nav->mission.lost = false;
     nav_make_map(nav);
     nav_apply(nav, MISSION_EV_SCAN); // the route went with the map: look, then plan again
     return MISSION_OK;

@@ -154,6 +154,8 @@ static follower_command_t command_of_state(nav_t *nav, bool fresh) {
     return follow(nav, fresh);
   case MISSION_PLAN:
     return bridge(nav, fresh);
+  case MISSION_RELOCALISE:
+    return nav_look_about(nav);
   case MISSION_AVOID:
     return (follower_command_t){.velocity_mps = {0.0f, 0.0f}, .yaw_rate_rps = 0.0f};
   case MISSION_IDLE:

@@ -25,6 +25,19 @@ void nav_make_clearance(nav_t *nav);
  * NAV_PLAN_BEGIN. */
 void nav_plan_step(nav_t *nav);
 
+/** From now on it does not know where it is in its map; nothing is drawn until it does. */
+void nav_lose(nav_t *nav);
+/** RELOCALISE is entered. */
+void nav_start_looking(nav_t *nav);
+/** RELOCALISE is left: the planner has its memory back. */
+void nav_stop_looking(nav_t *nav);
+/** One slice of looking for itself. */
+void nav_look_step(nav_t *nav);
+/** The motion that shows it its surroundings. */
+follower_command_t nav_look_about(nav_t *nav);
+/** On the ground: was it lifted, and set down elsewhere? */
+void nav_watch_lifting(nav_t *nav);
+
 /** Policies: battery, link, supervisor, estimator, ranges. */
 void nav_watch(nav_t *nav);
 /** How far the route may be flown by what the map says now. @return true if all the rest is clear

@@ -69,6 +69,11 @@ static void start_search(nav_t *nav, vec2_t last_goal_cells) {
 /** Begin to plan for the present task, from the present pose. */
 static void begin(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
+  if (nav->mission.lost) { // on the ground: it takes off to find out where it is
+    plan->stage = NAV_PLAN_DONE;
+    nav_apply(nav, MISSION_EV_WAY_EXISTS);
+    return;
+  }
   if (clearance_refresh(&nav->clearance, &nav->grid, 0) > 0) {
     return; // a few ticks more until the layer has followed the map
   }

@@ -21,6 +21,7 @@ void nav_set_task(nav_t *nav, mission_task_t task) {
 static void leave_ground(nav_t *nav) {
   nav->mapped = true;
   nav->home = nav->pose;
+  nav->looking.home_too = nav->mission.lost;
   nav->height_sp_m = geometry_clamp(nav->input.odometry.height_m, 0.0f, nav->cfg.height_m);
   nav->link_lost = false;
   nav->battery_low = false;
@@ -34,6 +35,9 @@ static void enter_state(nav_t *nav, mission_state_t before, mission_event_t even
   nav->state_since_ms = nav_now_ms(nav);
   nav->post = nav->pose;
   nav->rolling = event == MISSION_EV_BLOCKED;
+  if (before == MISSION_RELOCALISE) {
+    nav_stop_looking(nav);
+  }
   switch (nav->mission.state) {
   case MISSION_IDLE:
   case MISSION_PLAN:
@@ -52,6 +56,9 @@ static void enter_state(nav_t *nav, mission_state_t before, mission_event_t even
     follower_start(&nav->follower, nav->pose.yaw_rad);
     nav->best_progress_m = 0.0f;
     nav_look_along(nav);
+    break;
+  case MISSION_RELOCALISE:
+    nav_start_looking(nav);
     break;
   case MISSION_AVOID:
   case MISSION_HOVER:

@@ -61,11 +61,14 @@ static void watch_senses(nav_t *nav) {
 void nav_watch(nav_t *nav) {
   if (!mission_airborne(nav->mission.state)) {
     nav->battery_good_ms = nav->link_seen_ms = nav->estimate_good_ms = nav_now_ms(nav);
+    nav_watch_lifting(nav);
     return;
   }
+  nav->looking.down_ms = nav_now_ms(nav);
   bool tumbled = (nav->input.flags & NAV_TUMBLED) != 0;
   if (tumbled || (nav->input.flags & NAV_CAN_FLY) == 0) {
     nav_fault(nav, tumbled ? MISSION_TUMBLED : MISSION_CANNOT_FLY);
+    nav_lose(nav);
     nav_apply(nav, MISSION_EV_FAILED);
     return;
   }

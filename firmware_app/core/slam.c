@@ -19,7 +19,9 @@ static const float DEG = 0.0174532925f;
 static const float EXPLORING = 0.2f;     ///< fewer matched ends than this share: new ground
 static const float FITTING = 0.44f;      ///< share of the matched ends that must agree
 static const float YAW_CAP_RAD = 0.070f; ///< no mini-scan tells the yaw better than this
-static const float LOST_M = 0.1f;        ///< position's deviation at which confidence is a half
+static const float FOUND_SD_M = 0.05f;   ///< of a place that relocalisation found
+static const float FOUND_SD_RAD = 0.035f;
+static const float LOST_M = 0.1f; ///< position's deviation at which confidence is a half
 
 slam_config_t slam_config_default(void) {
   return (slam_config_t){
@@ -61,6 +63,11 @@ void slam_tie(slam_t *slam, pose2_t pose_odom, pose2_t map_pose) {
   slam->window_start_ms = 0;
   slam->has_waiting = false;
   slam_walls_break(&slam->walls);
+}
+
+void slam_find(slam_t *slam, pose2_t pose_odom, pose2_t map_pose) {
+  slam_tie(slam, pose_odom, map_pose);
+  slam_filter_place(&slam->filter, FOUND_SD_M, FOUND_SD_RAD);
 }
 
 pose2_t slam_pose(const slam_t *slam) {

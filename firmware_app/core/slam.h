@@ -68,6 +68,8 @@ void slam_init(slam_t *slam, const slam_config_t *cfg, bool enabled, pose2_t pos
                pose2_t map_pose);
 /** Tied anew, bias and scale kept, waiting sets dropped: after a jump of the odometry. */
 void slam_tie(slam_t *slam, pose2_t pose_odom, pose2_t map_pose);
+/** Found again, after having been lost: tied anew, sure of the place to a few centimetres. */
+void slam_find(slam_t *slam, pose2_t pose_odom, pose2_t map_pose);
 /** Odometry of this tick. */
 void slam_predict(slam_t *slam, pose2_t pose_odom, float elapsed_s);
 /** Take a measured set. One that comes while there is no room is not drawn. */

@@ -57,6 +57,17 @@ void slam_filter_forget(slam_filter_t *filter, const slam_noise_t *noise) {
   add_variance(filter, DRIFT_Y, filter->drift_m2ps2);
 }
 
+void slam_filter_place(slam_filter_t *filter, float sd_m, float sd_rad) {
+  for (int state = X; state <= YAW; state++) {
+    for (int other = 0; other < SLAM_STATES; other++) {
+      filter->covariance[pair(state, other)] = 0.0f;
+    }
+  }
+  add_variance(filter, X, square(sd_m));
+  add_variance(filter, Y, square(sd_m));
+  add_variance(filter, YAW, square(sd_rad));
+}
+
 pose2_t slam_filter_move(slam_filter_t *filter, pose2_t step, float elapsed_s) {
   step.x_m = step.x_m * (1.0f - filter->scale) - filter->drift_mps.x * elapsed_s;
   step.y_m = step.y_m * (1.0f - filter->scale) - filter->drift_mps.y * elapsed_s;

@@ -49,6 +49,8 @@ typedef struct {
 void slam_filter_init(slam_filter_t *filter, const slam_noise_t *noise, pose2_t map_pose);
 /** Nothing is known of the errors any more but what noise says; the state stays. */
 void slam_filter_forget(slam_filter_t *filter, const slam_noise_t *noise);
+/** The pose comes from elsewhere, this sure; what else is known stays. */
+void slam_filter_place(slam_filter_t *filter, float sd_m, float sd_rad);
 /** Take a tick's motion by odometry, body frame. @return it as corrected */
 pose2_t slam_filter_move(slam_filter_t *filter, pose2_t step, float elapsed_s);
 /** Let uncertainty grow over a motion of so much in the map frame. */

@@ -117,6 +117,10 @@ int wire_encode(const wire_message_t *message, uint8_t *packet) {
     break;
   case WIRE_SNAPSHOT:
     break;
+  case WIRE_MAP:
+    memcpy(p, message->body.map, WIRE_MAP_BYTES);
+    p += WIRE_MAP_BYTES;
+    break;
   default:
     return 0;
   }
@@ -141,6 +145,8 @@ static int length_of(const uint8_t *packet, int length) {
     return HEADER_BYTES + 7;
   case WIRE_SNAPSHOT:
     return HEADER_BYTES;
+  case WIRE_MAP:
+    return HEADER_BYTES + WIRE_MAP_BYTES;
   default:
     return -1;
   }
@@ -195,6 +201,9 @@ wire_status_t wire_decode(const uint8_t *packet, int length, wire_message_t *mes
     break;
   case WIRE_HEARTBEAT:
     message->body.heartbeat = (wire_heartbeat_t){get_u16(p), get_u32(p + 2), p[6]};
+    break;
+  case WIRE_MAP:
+    memcpy(message->body.map, p, WIRE_MAP_BYTES);
     break;
   default:
     break;

@@ -29,6 +29,7 @@ typedef enum {
   WIRE_EVENT = 5,     ///< drone: wire_event_t
   WIRE_HEARTBEAT = 6, ///< ground sends, drone answers with the same sequence: wire_heartbeat_t
   WIRE_SNAPSHOT = 7,  ///< ground: send hello, path and the whole map again
+  WIRE_MAP = 8,       ///< ground: a piece of a map that it has kept, as the drone sent it
 } wire_type_t;
 
 typedef enum { WIRE_OK, WIRE_SHORT, WIRE_LONG, WIRE_BAD_VERSION, WIRE_BAD_TYPE } wire_status_t;
@@ -77,6 +78,7 @@ typedef enum {
   WIRE_EVENT_FAULT = 3,   ///< argument: mission_reason_t
   WIRE_EVENT_ARRIVED = 4, ///< place: where
   WIRE_EVENT_EXPLORED = 5,
+  WIRE_EVENT_FOUND = 6, ///< it knows again where it is; place: where
 } wire_event_code_t;
 
 typedef struct {
@@ -102,6 +104,7 @@ typedef struct {
     wire_path_t path;
     wire_event_t event;
     wire_heartbeat_t heartbeat;
+    uint8_t map[WIRE_MAP_BYTES];
   } body;
 } wire_message_t;
 

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A room of walls and a body that does what nav asks: enough to fly whole missions without MuJoCo.
 
-Odometry is exact here, ranges nearly so: what is tested is the pipeline, not its robustness.
+Odometry is exact here but for being carried, ranges nearly so: what is tested is the pipeline,
+not its robustness.
 """
 
+import cmath
 import math
 from dataclasses import dataclass, field
 
@@ -94,6 +96,7 @@ class Flight:
         self.nav = ffi.new("nav_t *")
         lib.nav_init(self.nav, self.cfg)
         self.input = ffi.new("nav_input_t *")
+        self.shift, self.turned_rad = 0j, 0.0
         self.time_ms = 0
         self.z_m = 0.0
         self.velocity = (0.0, 0.0)
@@ -118,11 +121,23 @@ class Flight:
             self.nearest_m = min(self.nearest_m, gap_m(self.walls, self.x_m, self.y_m))
         odometry = self.input.odometry
         odometry.time_ms, odometry.height_m = self.time_ms, self.z_m
-        odometry.pose.x_m, odometry.pose.y_m = self.x_m, self.y_m
-        odometry.pose.yaw_rad = self.yaw_rad
-        self.input.velocity_mps.x, self.input.velocity_mps.y = self.velocity
+        odometry.pose.x_m, odometry.pose.y_m, odometry.pose.yaw_rad = self.odometry()
+        velocity = cmath.rect(1.0, self.turned_rad) * complex(*self.velocity)
+        self.input.velocity_mps.x, self.input.velocity_mps.y = velocity.real, velocity.imag
         self.input.range_m = self.ranges_m
         self.input.battery_v, self.input.flags = self.battery_v, self.flags
+
+    def odometry(self) -> tuple[float, float, float]:
+        """Where the odometry believes to be: exact, but for the times it was carried."""
+        place = self.shift + cmath.rect(1.0, self.turned_rad) * complex(self.x_m, self.y_m)
+        return place.real, place.imag, math.remainder(self.yaw_rad + self.turned_rad, math.tau)
+
+    def carry(self, x_m: float, y_m: float, yaw_rad: float) -> None:
+        """Put it down elsewhere by hand; the odometry has not noticed."""
+        x, y, yaw = self.odometry()
+        self.turned_rad = yaw - yaw_rad
+        self.shift = complex(x, y) - cmath.rect(1.0, self.turned_rad) * complex(x_m, y_m)
+        self.x_m, self.y_m, self.yaw_rad = x_m, y_m, yaw_rad
 
     def step(self) -> CData:
         """One tick of 20 ms."""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The mission table: total, never stuck in the air, and every flight can be followed through it."""
 
+from itertools import product
 from typing import NamedTuple
 
 import pytest
@@ -18,16 +19,22 @@ GROUNDED = {lib.MISSION_IDLE, lib.MISSION_FAULT}
 class Mission(NamedTuple):
     state: int
     task: int
+    lost: bool = False
 
 
-ALL = [Mission(state, task) for state in STATES for task in TASKS]
+ALL = [Mission(*parts) for parts in product(STATES, TASKS, (False, True))]
+TAKING_OFF = (
+    lib.MISSION_EV_TAKE_OFF,
+    lib.MISSION_EV_WAY_EXISTS,
+    lib.MISSION_EV_RELOCALISE,
+)
 
 
 def step(mission: Mission, event: int) -> tuple[Mission, bool]:
     """What an event makes of a mission, and whether the state was entered anew."""
-    c = ffi.new("mission_t *", (mission.state, mission.task, lib.MISSION_OK))
+    c = ffi.new("mission_t *", (mission.state, mission.task, lib.MISSION_OK, mission.lost))
     entered = lib.mission_step(c, event)
-    return Mission(c.state, c.task), entered
+    return Mission(c.state, c.task, c.lost), entered
 
 
 def run(events: list[str], task: int = lib.MISSION_TASK_NONE) -> list[int]:
@@ -62,7 +69,7 @@ def test_no_event_at_all_changes_nothing(mission: Mission) -> None:
 @pytest.mark.parametrize("mission", [m for m in ALL if m.state not in GROUNDED])
 def test_a_failure_in_the_air_always_ends_the_motors_and_the_task(mission: Mission) -> None:
     after, _ = step(mission, lib.MISSION_EV_FAILED)
-    assert after == Mission(lib.MISSION_FAULT, lib.MISSION_TASK_NONE)
+    assert after == Mission(lib.MISSION_FAULT, lib.MISSION_TASK_NONE, mission.lost)
     assert not lib.mission_airborne(after.state)
 
 
@@ -71,7 +78,7 @@ def test_from_everywhere_in_the_air_a_command_lands(mission: Mission) -> None:
     landing, _ = step(mission, lib.MISSION_EV_LAND)
     assert landing.state == lib.MISSION_LAND
     landed, _ = step(landing, lib.MISSION_EV_LANDED)
-    assert landed == Mission(lib.MISSION_IDLE, lib.MISSION_TASK_NONE)
+    assert landed == Mission(lib.MISSION_IDLE, lib.MISSION_TASK_NONE, mission.lost)
 
 
 @pytest.mark.parametrize("mission", [m for m in ALL if m.state not in GROUNDED])
@@ -91,7 +98,7 @@ def test_only_taking_off_leaves_the_ground(mission: Mission) -> None:
         after, _ = step(mission, event)
         if lib.mission_airborne(after.state):
             assert after.state == lib.MISSION_TAKEOFF
-            assert event in (lib.MISSION_EV_TAKE_OFF, lib.MISSION_EV_WAY_EXISTS)
+            assert event in TAKING_OFF
 
 
 @pytest.mark.parametrize("mission", [m for m in ALL if m.state not in GROUNDED])
@@ -148,6 +155,21 @@ def test_exploring_looks_again_at_the_end_of_each_route() -> None:
         ["TAKE_OFF", "HEIGHT", "SCANNED", "ROUTE", "ARRIVED", "SCANNED"], lib.MISSION_TASK_EXPLORE
     )
     assert flown == named("TAKEOFF", "SCAN", "PLAN", "FOLLOW", "SCAN", "PLAN")
+
+
+@pytest.mark.parametrize("mission", [m for m in ALL if m.lost])
+def test_lost_it_never_begins_to_act_on_its_map(mission: Mission) -> None:
+    for event in EVENTS:
+        after, entered = step(mission, event)
+        assert not entered or after.state not in named("SCAN", "PLAN", "FOLLOW", "RETURN")
+
+
+def test_found_it_goes_on_with_its_task_and_not_found_it_lands() -> None:
+    for task, goes_on in ((lib.MISSION_TASK_NONE, "HOVER"), (lib.MISSION_TASK_HOME, "PLAN")):
+        looking = Mission(lib.MISSION_RELOCALISE, task)
+        assert step(looking, lib.MISSION_EV_FOUND)[0] == Mission(*named(goes_on), task)
+        after, _ = step(looking, lib.MISSION_EV_NOT_FOUND)
+        assert after == Mission(lib.MISSION_LAND, lib.MISSION_TASK_NONE)
 
 
 def test_a_take_off_alone_ends_hovering() -> None:

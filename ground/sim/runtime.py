@@ -102,15 +102,18 @@ class Simulator:
         while not stopped():
             hurry = self.radio.connected() and not self.radio.handshaking(before_s)
             server.serve_until(pace.next_due_s(hurry, before_s))
+            if pace.waits:
+                server.serve_until_read()
+            # Only now: what a client has sent while this process did not run has been taken.
+            self.radio.expire(before_s)
             self.step()
             sent = server.flush()
             now_s = time.monotonic()
-            if pace.unlimited:
-                pace.sent(sent, now_s)
+            if pace.waits:
+                pace.sent(sent, now_s, server.sees_clients)
             if hurry:
                 self._hurried_sim_s += PLANT_STEP_S
                 self._hurried_wall_s += now_s - before_s
-            self.radio.expire(now_s)
             before_s = now_s
         self._wall_s += time.monotonic() - begin_s
 

@@ -7,11 +7,13 @@ import time
 from types import TracebackType
 
 from ground.errors import SimulatorFailed
+from ground.sim.backlog import Backlog
 from ground.sim.radio import Radio
 
 HOST = "127.0.0.1"
 _RECEIVE_BUFFER_BYTES = 1 << 20
 _MAX_DATAGRAM_BYTES = 2048
+_LOOK_EVERY_S = 0.002
 
 
 class Server:
@@ -19,6 +21,7 @@ class Server:
 
     def __init__(self, radio: Radio, port: int) -> None:
         self._radio = radio
+        self._backlog = Backlog()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER_BYTES)
         self._socket.setblocking(False)
@@ -45,6 +48,16 @@ class Server:
         port: int = self._socket.getsockname()[1]
         return port
 
+    @property
+    def sees_clients(self) -> bool:
+        """It can be told what they have not read yet."""
+        return self._backlog.all_seen
+
+    def serve_until_read(self) -> None:
+        """Go on answering while some client has much to read; at once if none has."""
+        while self._backlog.clogged(now_s := time.monotonic()):
+            self.serve_until(now_s + _LOOK_EVERY_S)
+
     def serve_until(self, due_s: float) -> None:
         """Answer what comes until that time; at least what is there already."""
         while True:
@@ -62,6 +75,7 @@ class Server:
             count += 1
             try:
                 self._socket.sendto(datagram, address)
+                self._backlog.sent(address[1], time.monotonic())
             except OSError:
                 # The client is gone or the kernel's buffer is full: as lost as over the air.
                 self._radio.counters.unsent += 1

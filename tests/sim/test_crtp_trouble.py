@@ -69,5 +69,9 @@ def test_pace_keeps_real_time_speed_and_the_limit_on_datagrams() -> None:
     assert round(double.next_due_s(False, 0.0), 3) == 0.015, "no hurry: as in reality"
     endless = Pace(float("inf"), 0.01, now_s=0.0)
     assert endless.next_due_s(True, 1.0) <= 1.0
-    endless.sent(10_000, now_s=1.0)
+    endless.sent(10_000, now_s=1.0, seen=True)
     assert endless.next_due_s(True, 1.0) > 1.5, "ten thousand datagrams need their time"
+    blind = Pace(float("inf"), 0.01, now_s=0.0)
+    blind.sent(1000, now_s=1.0, seen=False)
+    assert blind.next_due_s(True, 1.0) > 1.5, "more of it where nobody can see them being read"
+    assert endless.waits and double.waits and not real.waits

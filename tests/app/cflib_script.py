@@ -22,6 +22,7 @@ from cflib.crazyflie.syncCrazyflie import SyncCrazyflie
 SIDE_CELLS, TILE_CELLS, TILES = 128, 8, 256
 IDLE, HOVER, FAULT = 0, 6, 9
 GO_TO, LAND = 2, 5
+NOT_SETTLED = 5
 HELLO_REQUEST = struct.pack("<BBB14x", 1, 1, 1)
 LIMIT_S = 100.0
 
@@ -47,10 +48,13 @@ class Flight:
         self.tiles: dict[int, list[int]] = {}
         self.status: dict[str, float] = {}
         self.hello: dict[str, object] = {}
+        self.console: list[str] = []
+        self.heard_s = time.monotonic()
         self.greeted = threading.Event()
+        cf.console.receivedChar.add_callback(self.console.append)
         cf.appchannel.packet_received.add_callback(self.take_packet)
         self.log("waymap", 20, [f"m{i}" for i in range(7)], self.take_piece)
-        self.log("way", 20, ["state", "fault", "x", "y"], self.take_status)
+        self.log("way", 20, ["state", "fault", "refused", "x", "y"], self.take_status)
 
     def log(self, group: str, period_ms: int, names: list[str], take: Taker) -> None:
         block = LogConfig(group, period_ms)
@@ -73,17 +77,40 @@ class Flight:
             self.tiles[tile[0]] = tile[1]
 
     def take_status(self, time_ms: int, values: dict[str, float], block: LogConfig) -> None:
+        self.heard_s = time.monotonic()
         self.status = {name.removeprefix("way."): value for name, value in values.items()}
 
     def command(self, number: int) -> None:
         self.cf.param.set_value("way.cmd", number)
 
+    def go_to(self, x_m: float, y_m: float) -> None:
+        """Off to a goal, as soon as the position estimate has settled."""
+        self.cf.param.set_value("way.goalX", x_m)
+        self.cf.param.set_value("way.goalY", y_m)
+
+        def gone() -> bool:
+            if self.status.get("state", IDLE) == IDLE and self.status.get("refused") == NOT_SETTLED:
+                time.sleep(0.1)
+                self.command(GO_TO)
+            return self.status.get("state", IDLE) != IDLE
+
+        self.command(GO_TO)
+        self.wait_for(gone)
+
     def wait_for(self, condition: Callable[[], bool]) -> None:
         end_s = time.monotonic() + LIMIT_S
         while not condition():
             if time.monotonic() > end_s or self.status.get("state") == FAULT:
-                sys.exit(f"gave up: {self.status}, {len(self.tiles)} tiles")
+                self.give_up()
             time.sleep(0.01)
+
+    def give_up(self) -> None:
+        """Say all that could explain it."""
+        held = {name: self.cf.param.get_value(f"way.{name}") for name in ("cmd", "goalX", "goalY")}
+        sys.exit(
+            f"gave up: {self.status} heard {time.monotonic() - self.heard_s:.1f} s ago, "
+            f"{len(self.tiles)} tiles, parameters {held}, console {''.join(self.console)!r}"
+        )
 
     def grid(self) -> list[str]:
         rows = [["?"] * SIDE_CELLS for _ in range(SIDE_CELLS)]
@@ -99,10 +126,7 @@ def main(uri: str, goal_x: float, goal_y: float) -> None:
     with SyncCrazyflie(uri, cf=Crazyflie()) as connected:
         connected.wait_for_params()
         flight = Flight(connected.cf)
-        connected.cf.param.set_value("way.goalX", goal_x)
-        connected.cf.param.set_value("way.goalY", goal_y)
-        flight.command(GO_TO)
-        flight.wait_for(lambda: flight.status.get("state", IDLE) != IDLE)
+        flight.go_to(goal_x, goal_y)
         flight.wait_for(lambda: flight.status["state"] == HOVER)
         arrived = dict(flight.status)
         connected.cf.appchannel.send_packet(HELLO_REQUEST)

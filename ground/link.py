@@ -23,7 +23,10 @@ class Link(Protocol):
         """Let go; a second call does nothing."""
 
     def send(self, message: Outgoing) -> None:
-        """Hand over without waiting. Nothing says that it arrived: who needs to know repeats."""
+        """Hand over without waiting. Nothing says that it arrived: who needs to know repeats.
+
+        Only SetParameter is repeated by the link itself, in order, until the drone answers.
+        """
 
     def messages(self) -> AsyncIterator[Incoming]:
         """What comes in, until the link is closed or lost. One reader."""

@@ -165,8 +165,11 @@ class Station:
             return None
 
         with self.listen() as listener:
-            request = SetParameter(name, value)
-            return (await self._ask(request, answer, listener, f"`{name}`")).value
+            self._link.send(SetParameter(name, value))
+            found = await _heard(answer, listener, REPEATS * REPEAT_S)
+        if found is None:
+            raise _no_answer(f"`{name}`")
+        return found.value
 
     # --- inside ----------------------------------------------------------------------------------
 
@@ -180,12 +183,9 @@ class Station:
         """Send, and send again, until answer() recognises a message."""
         for _ in range(REPEATS):
             self._link.send(request)
-            until_s = time.monotonic() + REPEAT_S
-            while (left_s := until_s - time.monotonic()) > 0:
-                message = await listener.next(left_s)
-                if message is not None and (found := answer(message)) is not None:
-                    return found
-        raise NoAnswer(f"no answer to {what} within {REPEATS * REPEAT_S:.0f} s")
+            if (found := await _heard(answer, listener, REPEAT_S)) is not None:
+                return found
+        raise _no_answer(what)
 
     def _take(self, message: Incoming) -> None:
         epoch = self.picture.map.epoch
@@ -219,6 +219,22 @@ class Station:
             await asyncio.sleep(BEAT_WALL_S / 2)
             if time.monotonic() - self._beaten_s >= BEAT_WALL_S:
                 self._beat()
+
+
+async def _heard(
+    answer: Callable[[Incoming], A | None], listener: Listener, limit_s: float
+) -> A | None:
+    """What answer() makes of the first message that it recognises."""
+    until_s = time.monotonic() + limit_s
+    while (left_s := until_s - time.monotonic()) > 0:
+        message = await listener.next(left_s)
+        if message is not None and (found := answer(message)) is not None:
+            return found
+    return None
+
+
+def _no_answer(what: str) -> NoAnswer:
+    return NoAnswer(f"no answer to {what} within {REPEATS * REPEAT_S:.0f} s")
 
 
 def _as_hello(message: Incoming) -> Hello | None:

@@ -109,6 +109,18 @@ def test_a_tenth_of_all_packets_lost_is_survived(simulator: SimulatorProcess) ->
     assert status["datagrams_lost_down"] > 100
 
 
+@pytest.mark.parametrize("simulator", [["--loss", "0.3"]], indirect=True)
+def test_parameters_get_through_where_answers_are_lost(simulator: SimulatorProcess) -> None:
+    heights_m = [0.3 + 0.05 * number for number in range(6)]
+
+    async def work() -> list[float]:
+        async with station_on(RadioLink(simulator.uri)) as station:
+            return [await station.set_parameter("way.height", value) for value in heights_m]
+
+    assert asyncio.run(work()) == pytest.approx(heights_m)
+    assert simulator.stop()["datagrams_lost_down"] > 0
+
+
 async def until_settled(station: Station) -> None:
     """Until the drone would take off; a scan is refused on the ground, whatever else holds."""
     while True:

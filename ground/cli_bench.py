@@ -52,11 +52,11 @@ def bench_chip(
 @bench_app.command("slam")
 def bench_slam(
     json_file: JsonFile = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the first flight.")] = 1002,
-    flights: Annotated[int, typer.Option(min=1, help="So many of each profile.")] = 36,
+    seed: Annotated[int | None, typer.Option(min=0, help="Of the first flight.")] = None,
+    flights: Annotated[int | None, typer.Option(min=1, help="So many of each profile.")] = None,
     profile: Annotated[
-        str, typer.Option(help="Of the odometry; stress: the real one in trying rooms.")
-    ] = "real,low,hard,perfect,stress",
+        str | None, typer.Option(help="Of the odometry; stress: the real one in trying rooms.")
+    ] = None,
     flight: Annotated[
         Path | None,
         typer.Option(exists=True, dir_okay=False, help="A recorded flight (.npz) as well."),
@@ -64,13 +64,34 @@ def bench_slam(
     against: Annotated[
         str | None, typer.Option(help="pf: fly a classic particle filter as well.")
     ] = None,
+    peer: Annotated[
+        Path | None,
+        typer.Option(exists=True, file_okay=False, help="CrazySLAM's checkout: whose is faster?"),
+    ] = None,
+    closed_loop: Annotated[
+        bool,
+        typer.Option(
+            "--closed-loop", help="Instead: goals in the world `flat`, by SLAM and by odometry."
+        ),
+    ] = False,
+    minutes: Annotated[float, typer.Option(min=1.0, help="Of a flight in closed loop.")] = 10.0,
+    plots: Annotated[
+        Path | None, typer.Option(help="Draw flights in closed loop into this folder.")
+    ] = None,
 ) -> None:
     """Fly the core's SLAM through simulated rooms: how far off are poses and map?"""
-    slam = _bench("slam.command")
-    wanted = list(_chosen("--profile", profile, slam.GROUPS))
-    if against not in (None, "pf"):
+    bench = _bench("slam.closed_table" if closed_loop else "slam.command")
+    given: dict[str, object] = {"seed": seed, "flights": flights}
+    if profile is not None:
+        given["groups"] = _chosen("--profile", profile, bench.GROUPS)
+    if closed_loop:
+        given |= {"minutes": minutes, "plots": plots}
+    elif against not in (None, "pf"):
         fail(f"--against knows pf, not {against}")
-    if not slam.run_slam(slam.Wanted(seed, flights, wanted, against, flight), json_file, out):
+    else:
+        given |= {"against": against, "recorded": flight, "peer": peer}
+    wanted = bench.Wanted(**{name: value for name, value in given.items() if value is not None})
+    if not bench.run(wanted, json_file, out):
         raise typer.Exit(1)
 
 

@@ -22,10 +22,11 @@ _REST_CURVE: Final = ((0.0, 3.4), (0.1, 3.6), (0.2, 3.7), (0.5, 3.85), (0.9, 4.1
 
 
 class Battery:
-    """Charge 1 is full; load 1 is what hovering draws."""
+    """Charge 1 is full; load 1 is what hovering draws, for endurance_s."""
 
-    def __init__(self, charge: float = 1.0) -> None:
+    def __init__(self, charge: float = 1.0, endurance_s: float = HOVER_ENDURANCE_S) -> None:
         self.charge = charge
+        self._endurance_s = endurance_s
         self.voltage_v = _rest_v(charge)
         self.state = STATE_BATTERY
         self._low_s = 0.0
@@ -37,7 +38,7 @@ class Battery:
 
     def step(self, load: float, elapsed_s: float) -> None:
         drawn = max(load, IDLE_LOAD)
-        self.charge = max(0.0, self.charge - drawn * elapsed_s / HOVER_ENDURANCE_S)
+        self.charge = max(0.0, self.charge - drawn * elapsed_s / self._endurance_s)
         target_v = _rest_v(self.charge) - HOVER_SAG_V * drawn
         self.voltage_v += (target_v - self.voltage_v) * min(1.0, 2.0 * elapsed_s)
         self._low_s = self._low_s + elapsed_s if self.voltage_v < LOW_V else 0.0

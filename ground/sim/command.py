@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from ground.errors import GroundError
+from ground.sim.battery import HOVER_ENDURANCE_S
 from ground.sim.process import READY
 from ground.sim.runtime import Options, Simulator
 from ground.sim.server import HOST, Server
@@ -43,7 +44,12 @@ def sim(
         str, typer.Option(help="Simulated seconds per second, or max.", metavar="N|max")
     ] = "1",
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same flight.")] = 1,
-    profile: Annotated[str, typer.Option(help="Sensors: real, or perfect.")] = "real",
+    profile: Annotated[
+        str, typer.Option(help="Odometry: real, low, hard or perfect; ranges err but in perfect.")
+    ] = "real",
+    endurance: Annotated[
+        float, typer.Option(min=1.0, help="Seconds of hovering in the battery.")
+    ] = HOVER_ENDURANCE_S,
     needs_arming: Annotated[
         bool, typer.Option("--needs-arming", help="As a Brushless; else it arms itself.")
     ] = False,
@@ -74,6 +80,7 @@ def sim(
     options = Options(
         seed=seed,
         profile=profile,
+        endurance_s=endurance,
         speed=parse_speed(speed),
         needs_arming=needs_arming,
         trouble=TroubleSpec(loss, duplication, reorder),

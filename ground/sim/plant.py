@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from ground.sim.battery import Battery
+from ground.sim.battery import HOVER_ENDURANCE_S, Battery
 from ground.sim.contacts import Collision, Contacts
 from ground.sim.controller import CONTROL_STEP_S, Controller
 from ground.sim.estimator import PROFILES
@@ -24,7 +24,13 @@ class Plant:
     plant's; a world serves one plant.
     """
 
-    def __init__(self, world: World, seed: int, profile: str = "real") -> None:
+    def __init__(
+        self,
+        world: World,
+        seed: int,
+        profile: str = "real",
+        endurance_s: float = HOVER_ENDURANCE_S,
+    ) -> None:
         if profile not in PROFILES:
             raise ValueError(f"profile {profile!r} is none of {', '.join(PROFILES)}")
         body_rng, sensor_rng = np.random.default_rng(seed).spawn(2)
@@ -35,7 +41,7 @@ class Plant:
         self._vehicle = Vehicle(x_m, y_m, yaw_rad, body_rng)
         self._controller = Controller()
         self._contacts = Contacts(world, self._vehicle)
-        self._battery = Battery()
+        self._battery = Battery(endurance_s=endurance_s)
         self._sensors = Sensors(world, profile, sensor_rng)
         world.set_time(0.0)
         self._write_truth()

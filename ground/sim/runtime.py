@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ground.sim.battery import HOVER_ENDURANCE_S
 from ground.sim.crazyflie import Crazyflie
 from ground.sim.eeprom import Eeprom
 from ground.sim.firmware import Firmware
@@ -30,6 +31,7 @@ class Options:
 
     seed: int = 1
     profile: str = "real"
+    endurance_s: float = HOVER_ENDURANCE_S
     speed: float = 1.0
     needs_arming: bool = False
     trouble: TroubleSpec = field(default_factory=TroubleSpec)
@@ -47,7 +49,7 @@ class Simulator:
     def __init__(self, world: World, options: Options, firmware: Firmware | None = None) -> None:
         self._options = options
         self._firmware = firmware or Firmware()
-        self._plant = Plant(world, options.seed, options.profile)
+        self._plant = Plant(world, options.seed, options.profile, options.endurance_s)
         self._params = Params(self._firmware, Eeprom(world.spec.eeprom, options.eeprom_file))
         auto_arm = not options.needs_arming
         self._stack = FlightStack(self._firmware, auto_arm)

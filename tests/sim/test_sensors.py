@@ -202,6 +202,15 @@ def test_a_dead_beam_reports_none_and_the_others_go_on(tmp_path: Path) -> None:
     assert any(ranges[LEFT] != RANGE_NONE_MM for ranges in seen)
 
 
+def test_a_battery_lasts_as_long_as_it_is_told_to() -> None:
+    short, usual = Battery(endurance_s=100.0), Battery()
+    for battery in (short, usual):
+        for _ in range(1000):
+            battery.step(1.0, 0.1)
+    assert short.charge == pytest.approx(0.0, abs=1e-6)
+    assert usual.charge == pytest.approx(1.0 - 100.0 / HOVER_ENDURANCE_S)
+
+
 def test_a_charge_lasts_seven_minutes_and_the_level_falls_in_tens() -> None:
     battery, levels = Battery(), set()
     assert battery.voltage_v == pytest.approx(4.2)

@@ -14,6 +14,7 @@ from rich.progress import track
 from rich.table import Table
 
 from ground.checks import Check, Sense, write_report
+from tests.bench.slam import peer
 from tests.bench.slam.drive import Method
 from tests.bench.slam.flights import PLAIN, STRESS, Variant, make_flight
 from tests.bench.slam.real import judge
@@ -42,6 +43,7 @@ LIMITS: Final[dict[str, tuple[_Limit, ...]]] = {
         variant.name: (("aligned_ate_median_m", "<=", 0.12), ("beyond_25cm", "<=", 0.05))
         for variant in STRESS
     },
+    "peer": (("ratio", ">=", 100.0), ("chip_same_bits", "==", 1.0)),
     "recorded": (("n80_cells", "<=", 900), ("early_late_rms_m", "<=", 0.05)),
 }
 
@@ -111,6 +113,8 @@ class Wanted:
     groups: Sequence[str] = GROUPS
     against: Method | None = None
     recorded: Path | None = None
+    peer: Path | None = None
+    """A checkout of CrazySLAM."""
 
 
 def fly_groups(wanted: Wanted, method: Method, out: Console) -> dict[str, Figures]:
@@ -142,7 +146,19 @@ def judge_recorded(path: Path, out: Console) -> dict[str, float]:
     return asdict(judged["slam"]) | odometry
 
 
-def run_slam(wanted: Wanted, json_file: Path | None, out: Console) -> bool:
+def race(folder: Path, seed: int, out: Console) -> dict[str, float]:
+    """Updates a second against CrazySLAM's."""
+    found = peer.compare(folder, seed)
+    out.print(
+        f"updates a second with {peer.BEAMS} beams: {found['ours_hz']:,.0f} here, "
+        f"{found['chip_hz']:,.0f} on the chip ({found['chip_update_cycles']:,.0f} cycles); "
+        f"CrazySLAM with {peer.PARTICLES} particles here {found['peer_hz']:,.0f}: "
+        f"{found['ratio']:.0f} times"
+    )
+    return found
+
+
+def run(wanted: Wanted, json_file: Path | None, out: Console) -> bool:
     """Print the tables; True if every check holds."""
     figures: dict[str, Any] = dict(fly_groups(wanted, "slam", out))
     shown = dict(figures)
@@ -150,9 +166,12 @@ def run_slam(wanted: Wanted, json_file: Path | None, out: Console) -> bool:
         other = fly_groups(wanted, wanted.against, out)
         figures[wanted.against] = other
         shown |= {f"{wanted.against} {name}": row for name, row in other.items()}
-    out.print(table_of(shown))
+    if shown:
+        out.print(table_of(shown))
     if wanted.recorded:
         figures["recorded"] = judge_recorded(wanted.recorded, out)
+    if wanted.peer:
+        figures["peer"] = race(wanted.peer, wanted.seed, out)
     checks = checks_of(figures)
     for check in checks:
         verdict = "ok  " if check.ok else "FAIL"

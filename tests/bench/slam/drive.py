@@ -48,7 +48,7 @@ def _library() -> tuple[CData, CData]:
     folder = Path(tempfile.mkdtemp(prefix="wayflie-slam-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     target = folder / "drive.so"
-    sources = [*sorted(HERE.glob("*.c")), *sorted(CORE.glob("*.c"))]
+    sources = [HERE / "drive.c", HERE / "particles.c", *sorted(CORE.glob("*.c"))]
     HOST.run(
         "gcc",
         *HOST.flags,

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`wayflie bench slam --closed-loop`: goals by the corrected pose and by odometry alone."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from ground.checks import Check, write_report
+from ground.sim.estimator import PROFILES
+from tests.bench.slam.closed_loop import Flown, Plan, fly_closed
+from tests.bench.slam.closed_plot import plot_flights
+from tests.bench.slam.scores import errors
+
+GROUPS: Final = tuple(PROFILES)
+SHOWN: Final = ("real", "hard")
+FLIGHTS: Final = 4
+FIRST_SEED: Final = 1
+MODES: Final = {1: "slam", 0: "odometry alone"}
+"""By what `way.slam` says."""
+_KEYS: Final = {1: "slam", 0: "odometry"}
+
+Figures = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What to fly, and where pictures of the first flights go."""
+
+    groups: Sequence[str] = SHOWN
+    seed: int = FIRST_SEED
+    flights: int = FLIGHTS
+    minutes: float = 10.0
+    plots: Path | None = None
+
+
+def aligned_m(flown: Flown) -> float:
+    """Root of the mean square error after the rigid motion that fits best."""
+    level = np.zeros((len(flown.true), 1))
+    truth, belief = (np.hstack([poses[:, 1:], level]) for poses in (flown.true, flown.believed))
+    return errors(truth, belief).aligned_m
+
+
+def summary(flights: Sequence[Flown]) -> Figures:
+    """Figures of the flights of one profile and mode."""
+    given = sum(len(flown.legs) for flown in flights)
+    errors_m = np.concatenate([flown.errors_m for flown in flights])
+    at_goals_m = [
+        float(error_m)
+        for flown in flights
+        for leg, error_m in zip(flown.legs, flown.leg_errors_m, strict=True)
+        if leg.arrived
+    ]
+    return {
+        "flights": len(flights),
+        "minutes": sum(flown.believed[-1, 0] - flown.believed[0, 0] for flown in flights) / 60,
+        "touches": sum(len(flown.touches) for flown in flights),
+        "goals": given,
+        "arrived": sum(flown.arrived for flown in flights) / given,
+        "truly_there": sum(flown.truly_there for flown in flights) / given,
+        "lost": sum(flown.truly_there < len(flown.legs) / 2 for flown in flights),
+        "goal_error_median_m": statistics.median(at_goals_m) if at_goals_m else float("nan"),
+        "error_median_m": float(np.median(errors_m)),
+        "error_max_m": float(errors_m.max()),
+        "error_end_m": statistics.median(float(flown.errors_m[-1]) for flown in flights),
+        "aligned_median_m": statistics.median(aligned_m(flown) for flown in flights),
+        "map_error_m": statistics.median(flown.map_m for flown in flights),
+    }
+
+
+def table_of(figures: dict[str, dict[str, Figures]]) -> Table:
+    """A line for each profile and mode; metres but for counts and shares."""
+    heads = ("goal", "error", "max", "at the end", "aligned", "map")
+    table = Table("flown by", "min", "touches", "goals", "arrived", "truly", "lost", *heads)
+    keys = (
+        "goal_error_median",
+        "error_median",
+        "error_max",
+        "error_end",
+        "aligned_median",
+        "map_error",
+    )
+    for profile, modes in figures.items():
+        for mode, row in modes.items():
+            table.add_row(
+                f"{profile}, {mode}",
+                f"{row['minutes']:.0f}",
+                str(row["touches"]),
+                str(row["goals"]),
+                f"{100 * row['arrived']:.0f} %",
+                f"{100 * row['truly_there']:.0f} %",
+                f"{row['lost']} of {row['flights']}",
+                *(f"{row[f'{key}_m']:.3f}" for key in keys),
+            )
+    return table
+
+
+def checks_of(figures: dict[str, dict[str, Figures]]) -> list[Check]:
+    """Nothing is touched, no flight is lost; by odometry alone they would be."""
+    return [
+        check
+        for profile, modes in figures.items()
+        for check in (
+            Check(f"{profile}.slam.touches", modes["slam"]["touches"], 0, "=="),
+            Check(f"{profile}.slam.lost", modes["slam"]["lost"], 0, "=="),
+            Check(
+                f"{profile}.odometry.lost",
+                modes["odometry"]["lost"],
+                modes["slam"]["flights"],
+                "==",
+            ),
+        )
+    ]
+
+
+def sentences(flights: Iterable[Flown]) -> list[str]:
+    """What went wrong, a line each: to be flown again with the same seed."""
+    said = []
+    for flown in flights:
+        plan = flown.plan
+        name = f"{plan.profile}, {MODES[plan.slam]}, seed {plan.seed}"
+        said += [
+            f"{name}, {touch['time_s']:.0f} s: touched {touch['obstacle']}"
+            for touch in flown.touches
+        ]
+        said += [
+            f"{name}, {leg.end_s:.0f} s, ({leg.goal.x_m:.2f}, {leg.goal.y_m:.2f}): {leg.sentence}"
+            for leg in flown.legs
+            if not leg.arrived
+        ]
+    return said
+
+
+def run(wanted: Wanted, json_file: Path | None, out: Console) -> bool:
+    """Print the table; True if every check holds."""
+    figures: dict[str, dict[str, Figures]] = {}
+    for profile in wanted.groups:
+        figures[profile] = {}
+        for mode, name in MODES.items():
+            flights = []
+            for seed in range(wanted.seed, wanted.seed + wanted.flights):
+                flights.append(fly_closed(Plan(profile, mode, seed, wanted.minutes)))
+                said = sentences(flights[-1:])
+                out.print(f"{profile}, {name}, seed {seed}: {'; '.join(said) or 'all well'}")
+            figures[profile][_KEYS[mode]] = summary(flights)
+            if wanted.plots:
+                plot_flights(flights, wanted.plots / f"closed_loop_{profile}_{_KEYS[mode]}.png")
+    out.print(table_of(figures))
+    checks = checks_of(figures)
+    for check in checks:
+        verdict = "ok  " if check.ok else "FAIL"
+        out.print(f"{verdict} {check.name} {check.value} {check.sense} {check.limit}")
+    if json_file:
+        write_report(json_file, {"closed_loop": figures}, checks)
+    return all(check.ok for check in checks)

@@ -13,6 +13,7 @@ import typer
 from ground.errors import GroundError
 from ground.sim.battery import HOVER_ENDURANCE_S
 from ground.sim.process import READY
+from ground.sim.ranger import FALSE_SHORT
 from ground.sim.runtime import Options, Simulator
 from ground.sim.server import HOST, Server
 from ground.sim.trouble import TroubleSpec
@@ -45,11 +46,14 @@ def sim(
     ] = "1",
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same flight.")] = 1,
     profile: Annotated[
-        str, typer.Option(help="Odometry: real, low, hard or perfect; ranges err but in perfect.")
+        str, typer.Option(help="Odometry drifts: real, low, hard, perfect.")
     ] = "real",
     endurance: Annotated[
         float, typer.Option(min=1.0, help="Seconds of hovering in the battery.")
     ] = HOVER_ENDURANCE_S,
+    false_short: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Share of the ranges that are of nothing.")
+    ] = FALSE_SHORT,
     needs_arming: Annotated[
         bool, typer.Option("--needs-arming", help="As a Brushless; else it arms itself.")
     ] = False,
@@ -81,6 +85,7 @@ def sim(
         seed=seed,
         profile=profile,
         endurance_s=endurance,
+        false_short=false_short,
         speed=parse_speed(speed),
         needs_arming=needs_arming,
         trouble=TroubleSpec(loss, duplication, reorder),

@@ -10,6 +10,7 @@ from ground.sim.contacts import Collision, Contacts
 from ground.sim.controller import CONTROL_STEP_S, Controller
 from ground.sim.estimator import PROFILES
 from ground.sim.model import Readings, Setpoint, Truth
+from ground.sim.ranger import FALSE_SHORT
 from ground.sim.sensors import Faults, Sensors
 from ground.sim.vehicle import HOVER_THRUST, Vehicle
 from ground.sim.world import World
@@ -30,6 +31,7 @@ class Plant:
         seed: int,
         profile: str = "real",
         endurance_s: float = HOVER_ENDURANCE_S,
+        false_short: float = FALSE_SHORT,
     ) -> None:
         if profile not in PROFILES:
             raise ValueError(f"profile {profile!r} is none of {', '.join(PROFILES)}")
@@ -42,7 +44,7 @@ class Plant:
         self._controller = Controller()
         self._contacts = Contacts(world, self._vehicle)
         self._battery = Battery(endurance_s=endurance_s)
-        self._sensors = Sensors(world, profile, sensor_rng)
+        self._sensors = Sensors(world, profile, sensor_rng, false_short)
         world.set_time(0.0)
         self._write_truth()
 

@@ -31,6 +31,7 @@ NOISE_RELATIVE: Final = (0.01, 0.02)
 NOISE_MIN_M: Final = 0.003
 DROPOUT: Final = 0.005
 FALSE_SHORT: Final = 0.003
+"""Share of the ranges that are of nothing, anywhere up to the true one."""
 
 _FIELD_DEG: Final = (-8.5, -3.0, 3.0, 8.5)
 """27 degrees is the diagonal of the square field, whose sides are 19 degrees."""
@@ -99,8 +100,11 @@ def rotation(roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, 
 class MultiRanger:
     """Five cones on the body; one measure() is one set, as it would be published."""
 
-    def __init__(self, world: World, rng: np.random.Generator) -> None:
+    def __init__(
+        self, world: World, rng: np.random.Generator, false_short: float = FALSE_SHORT
+    ) -> None:
         self._world, self._rng = world, rng
+        self._false_short = false_short
         self._cone = make_cone()
         self._relative = rng.uniform(*NOISE_RELATIVE, size=len(BEAMS))
         self._body_rays = np.stack([_about(axis, self._cone.directions) for axis in _AXES])
@@ -143,7 +147,7 @@ class MultiRanger:
         noisy_m = range_m + noise_m * self._rng.standard_normal(len(BEAMS))
         chance = (1.0 - DROPOUT) * signal**_STEEPNESS / (1.0 + signal**_STEEPNESS)
         short_m = MIN_RANGE_M + luck[2] * np.minimum(noisy_m, MAX_RANGE_M)
-        noisy_m = np.where(luck[1] < FALSE_SHORT, short_m, noisy_m)
+        noisy_m = np.where(luck[1] < self._false_short, short_m, noisy_m)
         valid = (luck[0] < chance) & (noisy_m <= MAX_RANGE_M)
         return tuple(
             round(1000.0 * max(float(r), MIN_RANGE_M)) if ok else RANGE_NONE_MM

@@ -15,6 +15,7 @@ from ground.sim.pace import Pace
 from ground.sim.params import Params
 from ground.sim.plant import PLANT_STEP_S, Plant
 from ground.sim.radio import Address, Radio
+from ground.sim.ranger import FALSE_SHORT
 from ground.sim.report import Logbook, traffic
 from ground.sim.server import Server
 from ground.sim.trouble import TroubleSpec
@@ -32,6 +33,7 @@ class Options:
     seed: int = 1
     profile: str = "real"
     endurance_s: float = HOVER_ENDURANCE_S
+    false_short: float = FALSE_SHORT
     speed: float = 1.0
     needs_arming: bool = False
     trouble: TroubleSpec = field(default_factory=TroubleSpec)
@@ -49,7 +51,9 @@ class Simulator:
     def __init__(self, world: World, options: Options, firmware: Firmware | None = None) -> None:
         self._options = options
         self._firmware = firmware or Firmware()
-        self._plant = Plant(world, options.seed, options.profile, options.endurance_s)
+        self._plant = Plant(
+            world, options.seed, options.profile, options.endurance_s, options.false_short
+        )
         self._params = Params(self._firmware, Eeprom(world.spec.eeprom, options.eeprom_file))
         auto_arm = not options.needs_arming
         self._stack = FlightStack(self._firmware, auto_arm)

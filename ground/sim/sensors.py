@@ -12,7 +12,7 @@ from ground.sim.controller import CONTROL_STEP_S, Command
 from ground.sim.estimator import PROFILES, Estimator
 from ground.sim.model import RANGE_NONE_MM, Readings
 from ground.sim.noise import Noise
-from ground.sim.ranger import HeightRanger, MultiRanger
+from ground.sim.ranger import FALSE_SHORT, HeightRanger, MultiRanger
 from ground.sim.vehicle import GRAVITY_MPS2, Vehicle
 from ground.sim.world import World
 
@@ -37,13 +37,15 @@ class Faults:
 class Sensors:
     """Reads one body in one world; stepped every CONTROL_STEP_S, after the body."""
 
-    def __init__(self, world: World, profile: str, rng: np.random.Generator) -> None:
+    def __init__(
+        self, world: World, profile: str, rng: np.random.Generator, false_short: float = FALSE_SHORT
+    ) -> None:
         parts = rng.spawn(5)
         self.readings = Readings()
         self.faults = Faults()
         self.estimator = Estimator(PROFILES[profile], parts[0])
         self._world = world
-        self._ranger = MultiRanger(world, parts[1])
+        self._ranger = MultiRanger(world, parts[1], false_short)
         self._height = HeightRanger(world, parts[2])
         self._noise = Noise(parts[3])
         self._rng = parts[4]

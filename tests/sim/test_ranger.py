@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ground.sim.model import RANGE_NONE_MM
-from ground.sim.ranger import BEAMS, SENSOR_OFFSET_M, MultiRanger
+from ground.sim.ranger import BEAMS, FALSE_SHORT, SENSOR_OFFSET_M, MultiRanger
 from ground.sim.vehicle import Vehicle
 from ground.sim.world import World, load_world
 from tests.sim.plants import OPEN_FLOOR, in_the_air, wall_at, world_from
@@ -16,9 +16,11 @@ from tests.sim.plants import OPEN_FLOOR, in_the_air, wall_at, world_from
 FRONT, BACK, LEFT, RIGHT, UP = range(len(BEAMS))
 
 
-def sets(world: World, body: Vehicle, count: int = 400) -> np.ndarray:
+def sets(
+    world: World, body: Vehicle, count: int = 400, false_short: float = FALSE_SHORT
+) -> np.ndarray:
     """count measured sets, count x 5, NaN where nothing answered."""
-    ranger = MultiRanger(world, np.random.default_rng(3))
+    ranger = MultiRanger(world, np.random.default_rng(3), false_short)
     values = np.array([ranger.measure(body) for _ in range(count)], float)
     return np.where(values == RANGE_NONE_MM, np.nan, values) / 1000.0
 
@@ -79,3 +81,9 @@ def test_sometimes_a_range_is_missing_or_far_too_short(tmp_path: Path) -> None:
     seen = sets(wall_at(tmp_path, 2.0), in_the_air(), 4000)[:, FRONT]
     assert 0.0 < np.mean(np.isnan(seen)) < 0.02
     assert 0.0005 < np.mean(seen < 1.7) < 0.01
+
+
+def test_a_fifth_of_the_echoes_can_be_false_and_short(tmp_path: Path) -> None:
+    seen = sets(wall_at(tmp_path, 2.0), in_the_air(), false_short=0.2)[:, FRONT]
+    assert 0.1 < np.mean(seen < 1.7) < 0.25
+    assert np.nanmedian(seen) == pytest.approx(2.0, abs=0.1)

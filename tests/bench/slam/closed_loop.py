@@ -24,6 +24,7 @@ from tests.bench.slam.pilot import Pilot
 
 THERE_M: Final = 0.3
 """A goal is truly reached when the drone is so near to it."""
+LOST_M: Final = 0.5
 _PAUSE_S: Final = 2.0
 _GROUNDED: Final = (MissionReason.CANNOT_FLY, MissionReason.TUMBLED, MissionReason.BATTERY_LOW)
 
@@ -66,6 +67,22 @@ class Flown:
     def errors_m(self) -> Array:
         """How far the believed pose is off, over time."""
         return np.asarray(np.hypot(*(self.believed - self.true)[:, 1:].T))
+
+    @property
+    def aligned_errors_m(self) -> Array:
+        """The same after the rigid motion that fits best: a map that is turned as a whole."""
+        believed, true = (
+            poses[:, 1:] - poses[:, 1:].mean(axis=0) for poses in (self.believed, self.true)
+        )
+        sine = float(np.sum(believed[:, 0] * true[:, 1] - believed[:, 1] * true[:, 0]))
+        cosine = float(np.sum(believed * true))
+        turn = np.array([[cosine, sine], [-sine, cosine]]) / np.hypot(sine, cosine)
+        return np.asarray(np.hypot(*(believed @ turn - true).T))
+
+    @property
+    def lost(self) -> bool:
+        """For a twentieth of the time it is elsewhere in its own map."""
+        return bool(np.percentile(self.aligned_errors_m, 95) > LOST_M)
 
     @property
     def arrived(self) -> int:

@@ -150,8 +150,9 @@ class RadioLink:
         except BaseException:
             await self._call(_hang_up, cf)
             raise
-        # Else cflib waits for ever for an answer that UDP lost, and sends no more parameters.
-        cf.link.needs_resending = True
+        if cf.link is not None:
+            # Else cflib waits for ever for an answer that UDP lost, and sends no more parameters.
+            cf.link.needs_resending = True
         cf.connection_lost.add_callback(self._on_lost)
         return cf
 

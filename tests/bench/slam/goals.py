@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ground.model import Point
 from ground.sim.footprints import Array
@@ -36,7 +37,7 @@ def _places(world: World) -> tuple[Array, Array]:
     return points.reshape(*x.shape, 2), gap_m.reshape(x.shape)
 
 
-def _connected(free: Array, start: tuple[int, int]) -> Array:
+def _connected(free: NDArray[np.bool_], start: tuple[int, int]) -> NDArray[np.bool_]:
     """The free places that can be reached from one of them."""
     seen = np.zeros(free.shape, bool)
     seen[start] = True

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from ground.core import EventCode, MissionCmd, MissionReason, MissionState
+from ground.errors import NoAnswer
 from ground.logblocks import LogBlock, log_blocks
 from ground.model import (
     Ack,
@@ -39,6 +40,7 @@ _TYPES: Final = {"uint8_t": (1, "B"), "uint16_t": (2, "H"), "uint32_t": (3, "I")
                  "float": (7, "f"), "FP16": (8, "e")}  # fmt: skip
 _MAP_PERIOD_MS: Final = 30
 _BEAT_EVERY_STEPS: Final = 25
+_ANSWER_S: Final = 2.0
 _LIMIT_S: Final = 120.0
 _RESTING_S: Final = 5.0
 _RESTING: Final = (MissionState.IDLE, MissionState.HOVER, MissionState.FAULT)
@@ -127,8 +129,10 @@ class Pilot:
     def _command(self, cmd: MissionCmd, goal: Point | None = None) -> MissionReason:
         self._sequence = (self._sequence + 1) % SEQUENCES
         self._say(Command(self._sequence, cmd, goal or Point(0.0, 0.0)))
-        while self._ack is None or self._ack.sequence != self._sequence:
-            self._step()
+        self._ack = None
+        self._step_until(lambda: self._ack is not None, _ANSWER_S)
+        if self._ack is None:
+            raise NoAnswer("the drone does not answer: has its app stopped?")
         return self._ack.reason
 
     def _ended(self) -> bool:
@@ -158,7 +162,7 @@ class Pilot:
     def _hear(self, message: Incoming) -> None:
         self.picture.take(message, self.time_s)
         match message:
-            case Ack():
+            case Ack() if message.sequence == self._sequence:
                 self._ack = message
             case Event(code=EventCode.ARRIVED | EventCode.REFUSED | EventCode.FAULT):
                 self._end = message

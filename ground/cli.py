@@ -195,6 +195,17 @@ def map_save(
     _run(fetch_map(uri, file, out))
 
 
+@map_app.command("load")
+def map_load(
+    file: Annotated[Path, typer.Argument(help="What `wayflie map save` wrote as .npz.")],
+    uri: Uri = SIMULATOR_URI,
+) -> None:
+    """Give the drone, on the ground, a map to find itself in."""
+    from ground.commands import give_map
+
+    _run(give_map(uri, file, out))
+
+
 def main() -> None:
     """Entry point."""
     try:

@@ -16,7 +16,8 @@ from ground.errors import LinkLost, NotReached
 from ground.flight import Outcome, fly
 from ground.link_radio import RadioLink
 from ground.link_replay import ReplayLink
-from ground.mapfile import save_map
+from ground.mapfile import load_map, save_map
+from ground.mapsend import send_map
 from ground.model import Point
 from ground.record import RecordedLink
 from ground.session import (
@@ -115,6 +116,17 @@ async def fetch_map(uri: str, file: Path, out: Console) -> bool:
         f"{file}: {grid.known_cells} known cells, {grid.completeness:.0%} of the map received"
     )
     return grid.completeness == 1
+
+
+async def give_map(uri: str, file: Path, out: Console) -> bool:
+    """Let the drone have a map that was saved."""
+    kept = load_map(file)
+    async with station_on(RadioLink(uri)) as station:
+        await send_map(station, kept)
+    out.print(
+        f"{kept.known_cells} known cells sent: before it flies on, it finds its place in them"
+    )
+    return True
 
 
 async def replay_flight(file: Path, speed: float, port: int | None, out: Console) -> bool:

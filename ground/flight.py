@@ -28,6 +28,7 @@ _END_STATES = {
     MissionCmd.LAND: MissionState.IDLE,
     MissionCmd.HOLD: MissionState.HOVER,
     MissionCmd.SCAN: MissionState.HOVER,
+    MissionCmd.RELOCALISE: MissionState.HOVER,
 }
 # These are not in that state already when they are given, so that seeing it once is enough.
 _FROM_ELSEWHERE = (MissionCmd.TAKE_OFF, MissionCmd.HOME, MissionCmd.LAND, MissionCmd.HOLD)

@@ -79,6 +79,14 @@ class GroundMap:
         self.tile_seen_s[piece.tile] = now_s
         return True
 
+    def piece(self, tile: int, epoch: int) -> MapPiece:
+        """One tile as the drone sends it, with all its points."""
+        window = self._window(tile)
+        eighths = self.eighths[window].ravel()
+        cells = np.flatnonzero(eighths != NO_POINT)
+        points = tuple((int(cell), int(eighths[cell])) for cell in cells)
+        return MapPiece(tile, epoch, self.states[window].tobytes(), points)
+
     @property
     def completeness(self) -> float:
         """Share of the tiles that arrived since the map was cleared, 0 to 1."""
@@ -103,6 +111,18 @@ class GroundMap:
         origin = np.array([self.origin.x_m, self.origin.y_m])
         cells = np.column_stack([columns + inside_x, rows + inside_y])
         return np.asarray(origin + cells * self.cell_m, np.float64)
+
+    def put_points(self, obstacles_m: NDArray[np.float64]) -> None:
+        """Put (n, 2) points into the occupied cells that they lie in."""
+        origin = np.array([self.origin.x_m, self.origin.y_m])
+        cells = (obstacles_m.reshape(-1, 2) - origin) / self.cell_m
+        columns, rows = np.floor(cells).astype(int).T
+        inside = (columns >= 0) & (columns < len(self.states)) & (rows >= 0)
+        inside &= rows < len(self.states)
+        rows, columns, cells = rows[inside], columns[inside], cells[inside]
+        x, y = (8 * (cells % 1)).astype(np.uint8).T
+        occupied = self.states[rows, columns] == CellState.OCCUPIED
+        self.eighths[rows[occupied], columns[occupied]] = (x + 8 * y)[occupied]
 
     def codes(self) -> NDArray[np.uint8]:
         """(side, side): a CellState a cell, or CODE_POINT + 4 * eighths where a point is known."""

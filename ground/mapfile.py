@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write the map as a picture or as arrays."""
+"""The map in files: written as a picture or as arrays, read from arrays."""
 
 from __future__ import annotations
 
 import struct
 import zlib
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from ground.core import CellState
 from ground.errors import GroundError
 from ground.map import GroundMap
+from ground.model import Point
 
 PIXELS_PER_CELL = 6
 _GREYS = {CellState.UNKNOWN: 205, CellState.FREE: 254, CellState.OCCUPIED: 0}
@@ -34,6 +36,24 @@ def save_map(grid: GroundMap, path: Path) -> None:
             )
         case suffix:
             raise GroundError(f"cannot write a map as {suffix or path.name!r}: use .png or .npz")
+
+
+def load_map(path: Path) -> GroundMap:
+    """What save_map wrote as `.npz`."""
+    grid = GroundMap()
+    try:
+        with np.load(path) as kept:
+            states, obstacles_m = kept["states"], kept["obstacles_m"]
+            cell_m, origin_m = float(kept["cell_m"]), kept["origin_m"].astype(float)
+    except (OSError, ValueError, KeyError, BadZipFile) as error:
+        raise GroundError(f"{path}: not a map that `wayflie map save` wrote ({error})") from error
+    known = np.isin(states, [int(state) for state in CellState])
+    if states.shape != grid.states.shape or not known.all() or not 0 < cell_m < np.inf:
+        raise GroundError(f"{path}: not a map of {len(grid.states)} x {len(grid.states)} cells")
+    grid.cell_m, grid.origin = cell_m, Point(origin_m[0], origin_m[1])
+    grid.states[:] = states
+    grid.put_points(obstacles_m)
+    return grid
 
 
 def _picture(grid: GroundMap) -> NDArray[np.uint8]:

@@ -244,5 +244,5 @@ class LinkStats:
 LogMessage = Telemetry | Health | Ranges | MapPiece
 AppMessage = Hello | Ack | RoutePiece | Event | Beat
 Incoming = LogMessage | AppMessage | Console | ParameterValue | LinkChange
-AppRequest = Command | HelloRequest | SnapshotRequest | Heartbeat
+AppRequest = Command | HelloRequest | SnapshotRequest | Heartbeat | MapPiece
 Outgoing = AppRequest | EmergencyStop | SetParameter

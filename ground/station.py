@@ -18,6 +18,7 @@ from ground.errors import CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
 from ground.link import Link
 from ground.model import (
     Ack,
+    AppRequest,
     Command,
     EmergencyStop,
     Heartbeat,
@@ -143,9 +144,13 @@ class Station:
         if ack.reason is not MissionReason.OK:
             raise CommandRefused(REASON_WORDS[ack.reason], ack.reason)
 
+    def send(self, request: AppRequest) -> None:
+        """Send once, without an answer."""
+        self._link.send(request)
+
     def ask_snapshot(self) -> None:
         """Let the drone send hello, route and the whole map again."""
-        self._link.send(SnapshotRequest())
+        self.send(SnapshotRequest())
 
     async def emergency_stop(self) -> None:
         """Cut the motors through the supervisor; repeat until it says locked, then give up."""

@@ -56,6 +56,9 @@ def encode_request(request: AppRequest) -> bytes:
             message.body.hello.request = 1
         case SnapshotRequest():
             message.type = WireType.SNAPSHOT
+        case MapPiece():
+            message.type = WireType.MAP
+            message.body.map = list(encode_map_piece(request))
     return pack(message)
 
 
@@ -133,6 +136,17 @@ def _event(event: CData) -> Event:
 
 def _point(vector: CData) -> Point:
     return Point(vector.x, vector.y)
+
+
+def encode_map_piece(piece: MapPiece) -> bytes:
+    """Bytes of one tile, with as many of its points as there is room for."""
+    points = piece.points[:MAP_POINTS]
+    c = ffi.new("wire_map_piece_t *", (piece.tile, piece.epoch, list(piece.states), len(points)))
+    for i, (cell, eighths) in enumerate(points):
+        c.point_cell[i], c.point_eighths[i] = cell, eighths
+    data = ffi.new("uint8_t[]", MAP_BYTES)
+    lib.wire_map_encode(c, data)
+    return bytes(ffi.buffer(data))
 
 
 def decode_map_piece(data: bytes) -> MapPiece | None:

@@ -29,6 +29,7 @@ COMMANDS = {
     "land": MissionCmd.LAND,
     "hold": MissionCmd.HOLD,
     "scan": MissionCmd.SCAN,
+    "relocalise": MissionCmd.RELOCALISE,
 }
 
 

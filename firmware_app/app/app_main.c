@@ -6,6 +6,7 @@
 #include "app_link.h"
 #include "app_map.h"
 #include "app_params.h"
+#include "app_positioning.h"
 #include "app_selftest.h"
 #include "app_sensors.h"
 #include "app_setpoint.h"
@@ -39,12 +40,13 @@ static void tick(void) {
   app_params_apply(&nav);
   const nav_setpoint_t setpoint = nav_step(&nav, &input);
   app_setpoint_send(&setpoint);
+  app_positioning_tell(&nav);
   const bool planning = nav.status.state == MISSION_PLAN;
   take_command();
   app_link_receive(&nav);
   app_link_send(&nav);
   app_map_refill(&nav);
-  app_status_show(&nav.status);
+  app_status_show(&nav.status, nav_source(&nav));
   app_status_time((uint32_t)(usecTimestamp() - start_us), planning);
 }
 

@@ -2,6 +2,7 @@
 #include "app_sensors.h"
 
 #include "FreeRTOS.h"
+#include "app_positioning.h"
 #include "crtp.h"
 #include "log.h"
 #include "param.h"
@@ -23,7 +24,8 @@ enum {
   SOURCE_VARIANCE,
   SOURCE_BATTERY = SOURCE_VARIANCE + 3,
   SOURCE_RANGE,
-  SOURCES = SOURCE_RANGE + SCAN_RANGES,
+  SOURCE_GYRO = SOURCE_RANGE + SCAN_RANGES,
+  SOURCES,
   RANGE_NOTHING_MM = 8000, ///< from here on nothing was seen; 32767 is said so
   SETTLE_MS = 1000,
 };
@@ -58,6 +60,7 @@ static const struct {
     [SOURCE_RANGE + SCAN_LEFT] = {"range", "left", NAV_HAS_RANGER},
     [SOURCE_RANGE + SCAN_RIGHT] = {"range", "right", NAV_HAS_RANGER},
     [SOURCE_RANGE + SCAN_UP] = {"range", "up", NAV_HAS_RANGER},
+    [SOURCE_GYRO] = {"gyro", "z", NAV_ESTIMATOR_SETTLED},
 };
 
 static logVarId_t ids[SOURCES];
@@ -86,6 +89,7 @@ void app_sensors_init(void) {
   }
   flow_deck = find_deck("bcFlow2", NAV_HAS_FLOW);
   ranger_deck = find_deck("bcMultiranger", NAV_HAS_RANGER);
+  app_positioning_init();
 }
 
 static float value(int source) {
@@ -140,9 +144,11 @@ void app_sensors_read(nav_input_t *input) {
   input->odometry.pitch_rad = RAD_PER_DEG * value(SOURCE_PITCH);
   input->velocity_mps.x = value(SOURCE_VX);
   input->velocity_mps.y = value(SOURCE_VY);
+  input->yaw_rate_rps = RAD_PER_DEG * value(SOURCE_GYRO);
   for (int beam = 0; beam < SCAN_RANGES; beam++) {
     input->range_m[beam] = range_m(beam);
   }
   input->battery_v = value(SOURCE_BATTERY);
   input->flags = read_flags(time_ms);
+  input->positioning = (uint8_t)app_positioning_now();
 }

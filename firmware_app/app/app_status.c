@@ -6,6 +6,7 @@
 static const float DEG_PER_RAD = 57.29577951f;
 
 static nav_status_t shown;
+static uint8_t shown_source;
 static float yaw_deg;
 static uint32_t plan_us;
 static bool was_planning;
@@ -19,8 +20,9 @@ static volatile uint32_t worst_us;
 static uint32_t worst_read_ms;
 static uint32_t worst_read_us;
 
-void app_status_show(const nav_status_t *status) {
+void app_status_show(const nav_status_t *status, nav_source_t source) {
   shown = *status;
+  shown_source = (uint8_t)source;
   yaw_deg = DEG_PER_RAD * status->pose.yaw_rad;
 }
 
@@ -102,6 +104,12 @@ LOG_ADD(LOG_FLOAT, yaw, &yaw_deg)
  * @brief Confidence of the map pose, 0 to 100 [%]
  */
 LOG_ADD(LOG_UINT8, conf, &shown.confidence)
+/**
+ * @brief What the pose comes from: 0 odometry alone, 1 SLAM, 2 SLAM that also feeds the estimator,
+ * 3 Lighthouse, 4 Loco, 5 positions sent from the ground (motion capture). From 3 on SLAM stands
+ * aside
+ */
+LOG_ADD(LOG_UINT8, source, &shown_source)
 /**
  * @brief Present goal in the map, x [m]
  */

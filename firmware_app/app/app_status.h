@@ -8,7 +8,7 @@
 #include "nav.h"
 
 /** Copy what the core knows into the log variables. */
-void app_status_show(const nav_status_t *status);
+void app_status_show(const nav_status_t *status, nav_source_t source);
 /** Remember how long a tick took; planning: it served to find a route. */
 void app_status_time(uint32_t tick_us, bool planning);
 /** Remember the answer to the last command. */

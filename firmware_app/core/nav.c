@@ -9,15 +9,8 @@
 
 enum { CLEARANCE_ROWS_PER_TICK = 8 };
 
-static const float JUMP_M = 0.5f; ///< in one tick: no drone does that, an estimator reset does
 static const float MAPPING_HEIGHT_M = 0.2f; ///< lower, the beams see the floor
 static const float ODOMETRY_MAX_M = 1000.0f;
-
-/** The map begins where the drone is. */
-static void start_slam(nav_t *nav, pose2_t odometry) {
-  slam_init(&nav->slam, &nav->cfg.slam_filter, nav->cfg.slam != NAV_SLAM_OFF, odometry,
-            (pose2_t){0.0f, 0.0f, 0.0f});
-}
 
 void nav_init(nav_t *nav, const nav_config_t *cfg) {
   if (cfg != &nav->cfg) {
@@ -28,7 +21,7 @@ void nav_init(nav_t *nav, const nav_config_t *cfg) {
   scan_init(&nav->scan, &nav->cfg.scan);
   guard_init(&nav->guard);
   mapstream_init(&nav->stream);
-  start_slam(nav, (pose2_t){0.0f, 0.0f, 0.0f});
+  nav_start_slam(nav);
   nav_make_map(nav);
 }
 
@@ -63,35 +56,20 @@ static void take_input(nav_t *nav, const nav_input_t *input) {
     nav->estimate_good_ms = input->odometry.time_ms;
   } else {
     nav->input.odometry = before.odometry;
+    nav->input.odometry.pose = nav_estimate(nav);
     nav->input.odometry.time_ms = input->odometry.time_ms;
     nav->input.flags &= (uint8_t)~NAV_ESTIMATOR_SETTLED;
   }
   if (!(vec2_norm(input->velocity_mps) < ODOMETRY_MAX_M)) {
     nav->input.velocity_mps = (vec2_t){0.0f, 0.0f};
   }
+  if (!geometry_is_finite(input->yaw_rate_rps)) {
+    nav->input.yaw_rate_rps = 0.0f;
+  }
   if (!geometry_is_finite(input->battery_v)) {
     nav->input.battery_v = before.battery_v;
   }
   nav->input.odometry.pose.yaw_rad = geometry_wrap_rad(nav->input.odometry.pose.yaw_rad);
-}
-
-/** Keep the odometry frame tied to the map: on the ground through estimator resets; before the
- * first take-off the map begins wherever the drone stands. */
-static void tie_frames(nav_t *nav, pose2_t odometry_before) {
-  pose2_t odometry = nav->input.odometry.pose;
-  vec2_t moved = vec2_sub(pose2_position(odometry), pose2_position(odometry_before));
-  bool jumped = vec2_norm(moved) > JUMP_M;
-  if (!nav->mapped) {
-    start_slam(nav, odometry);
-  } else if (jumped && mission_airborne(nav->mission.state)) {
-    nav_fault(nav, MISSION_ESTIMATOR);
-    nav_lose(nav);
-    nav_apply(nav, MISSION_EV_LAND);
-  } else if (jumped) {
-    slam_tie(&nav->slam, odometry, nav->pose);
-  }
-  slam_predict(&nav->slam, odometry, nav->tick_s);
-  nav->pose = slam_pose(&nav->slam);
 }
 
 /** High enough that the beams do not see the floor. */
@@ -113,8 +91,9 @@ static void take_set(nav_t *nav, const scan_frame_t *frame) {
  * take turns, so that their worst cases never meet in one tick */
 static bool map_slice(nav_t *nav) {
   scan_frame_t frame;
-  pose2_t map_pose;
+  pose2_t map_pose = slam_pose(&nav->slam);
   if (slam_work(&nav->slam, &nav->grid)) {
+    nav->matched |= memcmp(&map_pose, &nav->slam.filter.pose, sizeof map_pose) != 0;
     return true;
   }
   if (!slam_take(&nav->slam, &frame, &map_pose)) {
@@ -130,7 +109,7 @@ static void report(nav_t *nav) {
   nav->status.goal_m = nav->goal_m;
   nav->status.path_m = route_length_m(&nav->route);
   nav->status.known_cells = nav->grid.known;
-  nav->status.confidence = nav->mission.lost ? 0 : nav->slam.confidence;
+  nav->status.confidence = nav_confidence(nav);
   nav->status.state = (uint8_t)nav->mission.state;
   nav->status.fault = (uint8_t)nav->mission.fault;
   nav->status.task = (uint8_t)nav->mission.task;
@@ -139,7 +118,7 @@ static void report(nav_t *nav) {
 nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   pose2_t odometry_before = nav->input.odometry.pose;
   take_input(nav, input);
-  tie_frames(nav, odometry_before);
+  nav_tie_frames(nav, odometry_before);
 
   scan_frame_t frame;
   bool fresh =

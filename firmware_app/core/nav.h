@@ -78,13 +78,42 @@ typedef enum {
   NAV_LINK_ALIVE = 64,
 } nav_flag_t;
 
+/** What measures the position itself, so that the estimate does not drift. */
+typedef enum {
+  NAV_POSITIONING_NONE,
+  NAV_POSITIONING_LIGHTHOUSE,
+  NAV_POSITIONING_LOCO,
+  NAV_POSITIONING_EXTERNAL, ///< from the ground, as motion capture does
+} nav_positioning_t;
+
+/** What the pose in the map comes from; the first three are nav_slam_mode_t. */
+typedef enum {
+  NAV_SOURCE_ODOMETRY,
+  NAV_SOURCE_SLAM,
+  NAV_SOURCE_SLAM_ESTIMATOR,
+  NAV_SOURCE_LIGHTHOUSE, ///< from here on nav_positioning_t
+  NAV_SOURCE_LOCO,
+  NAV_SOURCE_EXTERNAL,
+} nav_source_t;
+
 typedef struct {
-  scan_odometry_t odometry;
-  vec2_t velocity_mps;        ///< odometry frame
+  scan_odometry_t odometry;   ///< given: the firmware's estimate; kept: odometry, see nav_frames.c
+  vec2_t velocity_mps;        ///< same frame
+  float yaw_rate_rps;         ///< gyro
   float range_m[SCAN_RANGES]; ///< negative: none
   float battery_v;
-  uint8_t flags; ///< nav_flag_t
+  uint8_t flags;       ///< nav_flag_t
+  uint8_t positioning; ///< nav_positioning_t: who measures just now
 } nav_input_t;
+
+/** What the firmware's estimator may be told: the map is its frame from now on. */
+typedef struct {
+  pose2_t estimate; ///< as it believes now
+  vec2_t off_m;     ///< from there to where the drone is in the map
+  float off_rad;
+  float sd_m; ///< of an axis
+  float sd_rad;
+} nav_fix_t;
 
 typedef struct {
   mission_cmd_t cmd;
@@ -161,7 +190,14 @@ typedef struct {
   nav_input_t input; ///< of the present tick
   pose2_t pose;      ///< map frame, now
   pose2_t home;
-  pose2_t post; ///< held while hovering
+  pose2_t post;           ///< held while hovering
+  pose2_t from_estimate;  ///< odometry from the firmware's estimate: what it was pulled is left out
+  pose2_t absolute;       ///< map from the estimate while something measured the position
+  uint32_t unmeasured_ms; ///< when nothing did
+  uint8_t told_ticks;     ///< still to come in which the estimator takes what it was told
+  bool matched;           ///< slam was corrected since nav_take_fix
+  bool aside;             ///< slam stands aside: something else measures the position
+  bool has_absolute;
   vec2_t goal_m;
   wire_event_t events[NAV_EVENTS];
   uint16_t event_sequence;
@@ -200,6 +236,12 @@ mission_reason_t nav_command(nav_t *nav, const nav_command_t *command);
 /** One tick. Input that is not finite is replaced by what was known before. */
 nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input);
 
+/** After a match, when cfg.slam is NAV_SLAM_ESTIMATOR: what to tell the estimator, within this
+ * tick.
+ * @return false if there is nothing to tell */
+bool nav_take_fix(nav_t *nav, nav_fix_t *fix);
+/** What the pose comes from just now. */
+nav_source_t nav_source(const nav_t *nav);
 /** Oldest event not taken yet; false if there is none. When more than NAV_EVENTS wait the oldest
  * are lost, and a gap in the sequence numbers says so. */
 bool nav_take_event(nav_t *nav, wire_event_t *event);

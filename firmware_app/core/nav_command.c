@@ -69,7 +69,6 @@ mission_reason_t nav_configure(nav_t *nav, const nav_config_t *cfg) {
   bool new_area = !same_place(cfg->area_min_m, nav->cfg.area_min_m) ||
                   !same_place(cfg->area_max_m, nav->cfg.area_max_m);
   bool new_cell = cfg->cell_m != nav->cfg.cell_m;
-  nav->slam.enabled = cfg->slam != NAV_SLAM_OFF;
   bool new_radius = cfg->clearance_m != nav->cfg.clearance_m;
   nav->cfg = *cfg;
   if (!nav->mapped && (new_area || new_cell)) {

@@ -32,7 +32,8 @@ void nav_lose(nav_t *nav) {
 void nav_watch_lifting(nav_t *nav) {
   if (!nav->mapped || nav->input.odometry.height_m < LIFTED_M) {
     nav->looking.down_ms = nav_now_ms(nav);
-  } else if (!nav->mission.lost && nav_now_ms(nav) - nav->looking.down_ms > LIFTED_MS) {
+  } else if (!nav->mission.lost && !nav->aside &&
+             nav_now_ms(nav) - nav->looking.down_ms > LIFTED_MS) {
     nav_lose(nav);
   }
 }

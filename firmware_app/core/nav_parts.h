@@ -21,6 +21,17 @@ void nav_make_map(nav_t *nav);
 /** Clearance for the present radius and fence, all stale. */
 void nav_make_clearance(nav_t *nav);
 
+/** The map begins where the drone is. */
+void nav_start_slam(nav_t *nav);
+/** From the firmware's estimate in nav->input to odometry, and on to the pose in the map: on the
+ * ground through estimator resets; before the first take-off the map begins wherever the drone
+ * stands. */
+void nav_tie_frames(nav_t *nav, pose2_t odometry_before);
+/** The firmware's estimate as it was given. */
+pose2_t nav_estimate(const nav_t *nav);
+/** Of the pose, for the ground [%]. */
+uint8_t nav_confidence(const nav_t *nav);
+
 /** One slice of planning, where the state asks for it. A new plan is asked for by plan.stage =
  * NAV_PLAN_BEGIN. */
 void nav_plan_step(nav_t *nav);

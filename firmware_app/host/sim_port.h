@@ -35,7 +35,24 @@ typedef struct {
   int16_t motion_dx, motion_dy;
   float motor_thrust; ///< stabilizer.thrust
   uint16_t motor_pwm[4];
+  float var_place_m2[3];      ///< kalman.varX varY varZ
+  float var_attitude_rad2[3]; ///< kalman.varD0 varD1 varD2
+  uint8_t lighthouse_status;  ///< 2: its angles go to the estimator
+  uint16_t lighthouse_active; ///< base stations that do, a bit each
+  uint8_t loco_mode;          ///< 1 TWR, 2 TDoA 2, 3 TDoA 3
+  uint16_t ranging_state;     ///< loco's anchors heard, a bit each; always 0 in TDoA 3
+  float external_m[3];        ///< locSrv.x y z: the position that the ground sent last
+  float external_q[4];        ///< and the attitude, x y z w
+  uint16_t external_tick;     ///< when [ms]
 } sim_port_sensors_t;
+
+/** What the app has told the estimator. */
+typedef struct {
+  bool of_yaw; ///< else of the position
+  float x_m, y_m, z_m;
+  float yaw_error_rad; ///< estimated minus measured
+  float sd;
+} sim_port_measurement_t;
 
 /** Modes as in stabilizer_types.h: 0 off, 1 absolute, 2 velocity. */
 typedef struct {
@@ -82,6 +99,9 @@ void sim_port_relax_priority(void);
 int sim_port_active_priority(void);
 /** What the app asked of arming, since last asked: 0 nothing, 1 disarm, 2 arm. */
 int sim_port_take_arming_request(void);
+
+/** The oldest measurement for the estimator that was not taken yet. @return false if none waits */
+bool sim_port_take_measurement(sim_port_measurement_t *measurement);
 
 int sim_port_log_count(void);
 bool sim_port_log_entry(int id, sim_port_entry_t *entry);

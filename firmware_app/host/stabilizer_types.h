@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file stabilizer_types.h  Host version: the part of a setpoint that the app fills. */
+/** @file stabilizer_types.h  Host version: the part of a setpoint that the app fills, and what it
+ * measures. */
 #ifndef STABILIZER_TYPES_H
 #define STABILIZER_TYPES_H
 
@@ -30,5 +31,22 @@ typedef struct {
     stab_mode_t x, y, z, roll, pitch, yaw;
   } mode;
 } setpoint_t;
+
+typedef enum {
+  MeasurementSourceLocationService = 0,
+  MeasurementSourceLighthouse = 1,
+} measurementSource_t;
+
+typedef struct {
+  float x, y, z;
+  float stdDev;
+  measurementSource_t source;
+} positionMeasurement_t;
+
+typedef struct {
+  uint32_t timestamp; ///< [ms]
+  float yawError;     ///< [rad], estimated minus measured
+  float stdDev;       ///< [rad]
+} yawErrorMeasurement_t;
 
 #endif

@@ -23,6 +23,7 @@ static const float STANDARD_GRAVITY_MPS2 = 9.80665f;
 static sim_port_sensors_t now = {
     .range_mm = {32767, 32767, 32767, 32767, 32767},
     .var_position_m2 = {1.0f, 1.0f, 1.0f},
+    .var_place_m2 = {100.0f, 100.0f, 1.0f},
 };
 
 /** Computed from the above. */
@@ -185,10 +186,43 @@ LOG_ADD_CORE(LOG_UINT16, zrange, &now.zrange_mm)
 LOG_GROUP_STOP(range)
 
 LOG_GROUP_START(kalman)
+LOG_ADD(LOG_FLOAT, varX, &now.var_place_m2[0])
+LOG_ADD(LOG_FLOAT, varY, &now.var_place_m2[1])
+LOG_ADD(LOG_FLOAT, varZ, &now.var_place_m2[2])
 LOG_ADD(LOG_FLOAT, varPX, &now.var_position_m2[0])
 LOG_ADD(LOG_FLOAT, varPY, &now.var_position_m2[1])
 LOG_ADD(LOG_FLOAT, varPZ, &now.var_position_m2[2])
+LOG_ADD(LOG_FLOAT, varD0, &now.var_attitude_rad2[0])
+LOG_ADD(LOG_FLOAT, varD1, &now.var_attitude_rad2[1])
+LOG_ADD(LOG_FLOAT, varD2, &now.var_attitude_rad2[2])
 LOG_GROUP_STOP(kalman)
+
+LOG_GROUP_START(lighthouse)
+LOG_ADD_CORE(LOG_UINT16, bsActive, &now.lighthouse_active)
+LOG_ADD_CORE(LOG_UINT8, status, &now.lighthouse_status)
+LOG_GROUP_STOP(lighthouse)
+
+LOG_GROUP_START(loco)
+LOG_ADD_CORE(LOG_UINT8, mode, &now.loco_mode)
+LOG_GROUP_STOP(loco)
+
+LOG_GROUP_START(ranging)
+LOG_ADD(LOG_UINT16, state, &now.ranging_state)
+LOG_GROUP_STOP(ranging)
+
+LOG_GROUP_START(locSrv)
+LOG_ADD_CORE(LOG_FLOAT, x, &now.external_m[0])
+LOG_ADD_CORE(LOG_FLOAT, y, &now.external_m[1])
+LOG_ADD_CORE(LOG_FLOAT, z, &now.external_m[2])
+LOG_ADD_CORE(LOG_FLOAT, qx, &now.external_q[0])
+LOG_ADD_CORE(LOG_FLOAT, qy, &now.external_q[1])
+LOG_ADD_CORE(LOG_FLOAT, qz, &now.external_q[2])
+LOG_ADD_CORE(LOG_FLOAT, qw, &now.external_q[3])
+LOG_GROUP_STOP(locSrv)
+
+LOG_GROUP_START(locSrvZ)
+LOG_ADD_CORE(LOG_UINT16, tick, &now.external_tick)
+LOG_GROUP_STOP(locSrvZ)
 
 LOG_GROUP_START(gyro)
 LOG_ADD_CORE(LOG_FLOAT, x, &now.gyro_dps[0])

@@ -5,7 +5,7 @@
 
 /** Decks found: 1 attached. */
 static struct {
-  uint8_t multiranger, flow, flow2, zranger, zranger2, none;
+  uint8_t multiranger, flow, flow2, zranger, zranger2, lighthouse, loco, none;
 } deck = {.multiranger = 1, .flow2 = 1, .zranger2 = 1};
 
 static struct {
@@ -50,9 +50,9 @@ PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcFlow, &deck.flow)
 PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcFlow2, &deck.flow2)
 PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcZRanger, &deck.zranger)
 PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcZRanger2, &deck.zranger2)
-PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcLighthouse4, &deck.none)
-PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcLoco, &deck.none)
-PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcDWM1000, &deck.none)
+PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcLighthouse4, &deck.lighthouse)
+PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcLoco, &deck.loco)
+PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcDWM1000, &deck.loco)
 PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcLedRing, &deck.none)
 PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcBuzzer, &deck.none)
 PARAM_ADD_CORE(PARAM_UINT8 | PARAM_RONLY, bcAI, &deck.none)

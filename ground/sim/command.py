@@ -12,6 +12,7 @@ import typer
 
 from ground.errors import GroundError
 from ground.sim.battery import HOVER_ENDURANCE_S
+from ground.sim.positioning import POSITIONINGS, Shadow
 from ground.sim.process import READY
 from ground.sim.ranger import FALSE_SHORT
 from ground.sim.runtime import Options, Simulator
@@ -36,6 +37,18 @@ def parse_speed(text: str) -> float:
     return speed
 
 
+def parse_shadow(text: str) -> Shadow:
+    """Read "START-END" in seconds."""
+    start, _, end = text.partition("-")
+    try:
+        shadow = Shadow(float(start), float(end))
+    except ValueError:
+        shadow = Shadow(0.0, 0.0)
+    if not 0.0 <= shadow.start_s < shadow.end_s < inf:
+        raise typer.BadParameter(f"{text!r} is not START-END in seconds")
+    return shadow
+
+
 def sim(
     world: Annotated[str, typer.Option(help="Name of a world, or a TOML file.")] = "flat",
     port: Annotated[
@@ -54,6 +67,13 @@ def sim(
     false_short: Annotated[
         float, typer.Option(min=0.0, max=1.0, help="Share of the ranges that are of nothing.")
     ] = FALSE_SHORT,
+    positioning: Annotated[
+        str, typer.Option(help="What measures the position: " + ", ".join(POSITIONINGS) + ".")
+    ] = "flow",
+    shadow: Annotated[
+        list[str] | None,
+        typer.Option(help="When Lighthouse or Loco measures nothing, seconds.", metavar="S-E"),
+    ] = None,
     needs_arming: Annotated[
         bool, typer.Option("--needs-arming", help="As a Brushless; else it arms itself.")
     ] = False,
@@ -86,6 +106,8 @@ def sim(
         profile=profile,
         endurance_s=endurance,
         false_short=false_short,
+        positioning=positioning,
+        shadows=tuple(parse_shadow(text) for text in shadow or ()),
         speed=parse_speed(speed),
         needs_arming=needs_arming,
         trouble=TroubleSpec(loss, duplication, reorder),

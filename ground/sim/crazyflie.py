@@ -15,6 +15,7 @@ from ground.sim.crtp import (
 )
 from ground.sim.firmware import Firmware
 from ground.sim.flightstack import FlightStack
+from ground.sim.localization import Localization
 from ground.sim.logs import LogBlocks
 from ground.sim.model import Readings
 from ground.sim.params import Params
@@ -46,6 +47,7 @@ class Crazyflie:
         firmware: Firmware,
         stack: FlightStack,
         parameters: Params,
+        localization: Localization,
         readings: Readings,
         auto_arm: bool,
     ) -> None:
@@ -53,6 +55,7 @@ class Crazyflie:
         self._firmware = firmware
         self._stack = stack
         self._params = parameters
+        self._localization = localization
         self._log_toc = _log_toc(firmware)
         self._device_type = _DEVICE_TYPES[auto_arm]
         self._changed: list[tuple[int, Session | None]] = []
@@ -101,8 +104,8 @@ class Crazyflie:
             (Port.MEMORY, 2): lambda session, data: _memory_failed(2, data),
             (Port.LOG, logs.TOC): lambda session, data: self._log_toc.answer(data),
             (Port.LOG, logs.CONTROL): lambda session, data: session.logs.control(data),
-            (Port.LOCALIZATION, 0): lambda session, data: None,
-            (Port.LOCALIZATION, 1): lambda session, data: stack.localization(data),
+            (Port.LOCALIZATION, 0): lambda session, data: self._localization.position(data),
+            (Port.LOCALIZATION, 1): self._localize,
             (Port.LOCALIZATION, 2): lambda session, data: None,
             (Port.SETPOINT_GENERIC, 0): lambda session, data: stack.generic(data),
             (Port.SETPOINT_GENERIC, 1): lambda session, data: stack.notify_stop(readings, data),
@@ -117,6 +120,10 @@ class Crazyflie:
             (Port.LINK, 2): lambda session, data: None,
             (Port.LINK, 3): lambda session, data: None,
         }
+
+    def _localize(self, session: Session, data: bytes) -> None:
+        self._localization.pose(data)
+        self._stack.legacy_emergency(data)
 
     def _read_param(self, session: Session, data: bytes) -> bytes:
         identity, answer = self._params.read(data)

@@ -4,7 +4,12 @@
 A model of the errors of the result, not a Kalman filter. Flow over-reads by a scale that differs
 per flight and wanders, with a slow velocity bias; the gyro has a bias; height is the distance to
 whatever is below. The profile "real" follows flights with motion capture (scale 2-12 %, yaw
-0.01-0.1 deg/s); errors grow on poor floor texture and without flow. Nothing drifts on the ground.
+0.01-0.1 deg/s); errors grow on poor floor texture and without flow. On the ground nothing drifts,
+but the yaw creeps back to where it began, as the firmware lets it.
+
+What is measured from outside moves it by a gain from covariances that grow as the firmware's do
+(kalman_core.c with a Flow deck at 0.4 m: 2.8e-4 m2/s and 1e-5 rad2/s). Flow alone leaves that of
+the position at its upper limit, so that the first measurement is believed as it is.
 """
 
 import math
@@ -14,6 +19,7 @@ from typing import Final
 import numpy as np
 
 from ground.sim.controller import CONTROL_STEP_S
+from ground.sim.model import Measured, PositionMeasured
 from ground.sim.noise import Noise, Wander
 from ground.sim.vehicle import GRAVITY_MPS2, Vehicle
 
@@ -25,6 +31,17 @@ VARIANCE_FLOOR_M2: Final = 1e-4
 VARIANCE_TAU_S: Final = 0.35
 VARIANCE_LOST_RATE: Final = 0.02
 VARIANCE_MAX_M2: Final = 100.0
+PLACE_START_M2: Final = 100.0
+YAW_START_RAD2: Final = 1e-4
+YAW_GROWTH: Final = 1e-5
+FLOW_VARIANCE: Final = 5.9e-4
+"""Of the velocity over a good floor, as kalman_core.c has it; the model shows VARIANCE_FLOOR_M2."""
+COUPLING_S: Final = 0.48
+"""How long a velocity error lasts until flow has removed it: ties velocity to position."""
+HEIGHT_VARIANCE_M2: Final = 1.7e-6
+HEADING_WAY_M: Final = 1.0
+"""Positions so far apart tell the heading."""
+YAW_REVERSION: Final = 0.001
 _RECOVER_S: Final = 0.3
 _STEP_S: Final = CONTROL_STEP_S
 
@@ -103,6 +120,8 @@ class Estimator:
         self._pitch_error = Wander(noise, tilt_rad, 20.0, _STEP_S)
         self._lost_x_mps = self._lost_y_mps = 0.0
         self._last: tuple[float, float, float] | None = None
+        self.holds_yaw = False
+        """It flies, or a deck asked for it: the yaw does not creep back on the ground."""
         self.roll_error_rad = self.pitch_error_rad = 0.0
         self.reset(0.0, 0.0, 0.0, 0.0)
 
@@ -111,11 +130,53 @@ class Estimator:
         self.x_m, self.y_m, self.z_m, self.yaw_rad = x_m, y_m, z_m, yaw_rad
         self.vx_mps = self.vy_mps = self.vz_mps = 0.0
         self.variance_m2 = VARIANCE_START_M2
+        self.place_m2 = PLACE_START_M2
+        self.yaw_rad2 = YAW_START_RAD2
+        self._start_yaw_rad = yaw_rad
+        self._coupling = 0.0
+        self._pull_x_mps = self._pull_y_mps = 0.0
+        self._way = (0.0, 0.0)
+        self._way_from: tuple[float, float] | None = None
+
+    def take(self, measured: Measured) -> None:
+        """Move by what was measured from outside, as far as the covariances say."""
+        if not isinstance(measured, PositionMeasured):
+            self._take_yaw(measured.error_rad, measured.sd_rad)
+            return
+        variance = self.place_m2 + measured.sd_m**2
+        gain, pull = self.place_m2 / variance, self._coupling / variance
+        off_x_m, off_y_m = measured.x_m - self.x_m, measured.y_m - self.y_m
+        self.x_m += gain * off_x_m
+        self.y_m += gain * off_y_m
+        self._pull_x_mps += pull * off_x_m
+        self._pull_y_mps += pull * off_y_m
+        self.place_m2 *= 1.0 - gain
+        self._coupling *= 1.0 - gain
+        height_gain = HEIGHT_VARIANCE_M2 / (HEIGHT_VARIANCE_M2 + measured.sd_m**2)
+        self.z_m += height_gain * (measured.z_m - self.z_m)
+        self._take_way(measured)
+
+    def _take_yaw(self, error_rad: float, sd_rad: float) -> None:
+        gain = self.yaw_rad2 / (self.yaw_rad2 + sd_rad**2)
+        self.yaw_rad -= gain * error_rad
+        self.yaw_rad2 *= 1.0 - gain
+
+    def _take_way(self, measured: PositionMeasured) -> None:
+        """The way by positions against the way by flow: how far the heading is off."""
+        start, way_m = self._way_from, math.hypot(*self._way)
+        if start is not None and way_m < HEADING_WAY_M:
+            return
+        if start is not None:
+            true_rad = math.atan2(measured.y_m - start[1], measured.x_m - start[0])
+            error_rad = math.remainder(math.atan2(self._way[1], self._way[0]) - true_rad, math.tau)
+            self._take_yaw(error_rad, math.sqrt(2.0) * measured.sd_m / way_m + 0.02)
+        self._way_from, self._way = (measured.x_m, measured.y_m), (0.0, 0.0)
 
     def step(self, body: Vehicle, height_m: float | None, flow_quality: float) -> None:
         """Take the body's motion; height_m is a new measurement of the height ranger."""
         lost = flow_quality < FLOW_MIN_QUALITY and not body.on_floor
         self._step_variance(lost, max(flow_quality, FLOW_MIN_QUALITY))
+        self._step_place()
         self._step_height(body, height_m)
         moved = self._moved(body)
         if body.on_floor:
@@ -137,8 +198,11 @@ class Estimator:
         return now[0] - before[0], now[1] - before[1], now[2] - before[2]
 
     def _rest(self, body: Vehicle, moved: tuple[float, float, float]) -> None:
-        """On the ground nothing drifts."""
+        """On the ground nothing drifts, but for the yaw."""
         self.yaw_rad += moved[2]
+        if not self.holds_yaw:
+            back_rad = math.remainder(self._start_yaw_rad - self.yaw_rad, math.tau)
+            self.yaw_rad += YAW_REVERSION * back_rad
         turn_rad = self.yaw_rad - body.yaw_rad
         c, s = math.cos(turn_rad), math.sin(turn_rad)
         self.vx_mps = c * body.vx_mps - s * body.vy_mps
@@ -154,6 +218,14 @@ class Estimator:
         else:
             settled = VARIANCE_FLOOR_M2 / (quality * quality)
             self.variance_m2 += (settled - self.variance_m2) * _STEP_S / VARIANCE_TAU_S
+
+    def _step_place(self) -> None:
+        settled = COUPLING_S * FLOW_VARIANCE * self.variance_m2 / VARIANCE_FLOOR_M2
+        self._coupling += (settled - self._coupling) * _STEP_S / COUPLING_S
+        self.place_m2 = min(self.place_m2 + self._coupling * _STEP_S, PLACE_START_M2)
+        self.yaw_rad2 += YAW_GROWTH * _STEP_S
+        self._pull_x_mps -= self._pull_x_mps * _STEP_S / COUPLING_S
+        self._pull_y_mps -= self._pull_y_mps * _STEP_S / COUPLING_S
 
     def _step_height(self, body: Vehicle, height_m: float | None) -> None:
         """The accelerometer carries the climb, the ranger pulls the height to what is below."""
@@ -186,7 +258,9 @@ class Estimator:
         dx = (c * moved[0] + s * moved[1]) * scale_x + off_x_mps * _STEP_S + walk_m * normal()
         dy = (c * moved[1] - s * moved[0]) * scale_y + off_y_mps * _STEP_S + walk_m * normal()
         c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        self.vx_mps = c * vx - s * vy + self._jitter_mps * normal()
-        self.vy_mps = s * vx + c * vy + self._jitter_mps * normal()
-        self.x_m += c * dx - s * dy
-        self.y_m += s * dx + c * dy
+        self.vx_mps = c * vx - s * vy + self._pull_x_mps + self._jitter_mps * normal()
+        self.vy_mps = s * vx + c * vy + self._pull_y_mps + self._jitter_mps * normal()
+        dx, dy = c * dx - s * dy, s * dx + c * dy
+        self.x_m += dx + self._pull_x_mps * _STEP_S
+        self.y_m += dy + self._pull_y_mps * _STEP_S
+        self._way = self._way[0] + dx, self._way[1] + dy

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import Any, TypeAlias
 
 from ground.errors import CoreMissing
-from ground.sim.model import Readings, Setpoint
+from ground.sim.model import Measured, PositionMeasured, Readings, Setpoint, YawMeasured
 
 _C: TypeAlias = Any  # something of C; cffi has no types for it
 _MODULE = "ground.sim._firmware"
@@ -68,6 +68,7 @@ class Firmware:
         self._lib: _C = module.lib
         self._sensors = self._ffi.new("sim_port_sensors_t *")
         self._setpoint = self._ffi.new("sim_port_setpoint_t *")
+        self._measurement = self._ffi.new("sim_port_measurement_t *")
         self._bytes = self._ffi.new("uint8_t[]", _BLOCK_BYTES)
         self._text = self._ffi.new("char[]", self._lib.SIM_PORT_CONSOLE_BYTES)
 
@@ -123,6 +124,15 @@ class Firmware:
     def take_arming_request(self) -> int:
         """What the app asked for since the last call: 0 nothing, 1 disarm, 2 arm."""
         return int(self._lib.sim_port_take_arming_request())
+
+    def take_measurements(self) -> Iterator[Measured]:
+        """What the app has told the estimator since the last call."""
+        found = self._measurement
+        while self._lib.sim_port_take_measurement(found):
+            if found.of_yaw:
+                yield YawMeasured(found.yaw_error_rad, found.sd)
+            else:
+                yield PositionMeasured(found.x_m, found.y_m, found.z_m, found.sd)
 
     def log_count(self) -> int:
         """Number of log variables."""

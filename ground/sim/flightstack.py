@@ -102,8 +102,8 @@ class FlightStack:
         """Arming and recovery as older clients ask for them: port 13, channel 0."""
         return encode(Port.PLATFORM, 0, data[:1] + self._arm_or_recover(data))
 
-    def localization(self, data: bytes) -> None:
-        """Port 6, channel 1: only the emergency stop of older clients has a meaning here."""
+    def legacy_emergency(self, data: bytes) -> None:
+        """Port 6, channel 1: the emergency stop of older clients."""
         if data[:1] == bytes((_LEGACY_EMERGENCY_STOP,)):
             self._supervisor.emergency_stop()
         elif data[:1] == bytes((_LEGACY_WATCHDOG,)):

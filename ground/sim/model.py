@@ -81,6 +81,36 @@ class Readings:
     motion_dy: int = 0
     motor_thrust: float = 0.0
     motor_pwm: tuple[int, int, int, int] = (0, 0, 0, 0)
+    var_place_m2: tuple[float, float, float] = (100.0, 100.0, 1.0)
+    var_attitude_rad2: tuple[float, float, float] = (1e-4, 1e-4, 1e-4)
+    lighthouse_status: int = 0
+    lighthouse_active: int = 0
+    loco_mode: int = 0
+    ranging_state: int = 0
+    external_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    external_q: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    external_tick: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class PositionMeasured:
+    """For the estimator, in its frame; sd_m of each axis."""
+
+    x_m: float
+    y_m: float
+    z_m: float
+    sd_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class YawMeasured:
+    """For the estimator: its own heading minus the measured one."""
+
+    error_rad: float
+    sd_rad: float
+
+
+Measured = PositionMeasured | YawMeasured
 
 
 @dataclass(slots=True)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One simulated Crazyflie in one world: setpoints in, readings and truth out."""
 
+import math
 from typing import Final
 
 import numpy as np
@@ -9,7 +10,8 @@ from ground.sim.battery import HOVER_ENDURANCE_S, Battery
 from ground.sim.contacts import Collision, Contacts
 from ground.sim.controller import CONTROL_STEP_S, Controller
 from ground.sim.estimator import PROFILES
-from ground.sim.model import Readings, Setpoint, Truth
+from ground.sim.model import Measured, Readings, Setpoint, Truth
+from ground.sim.positioning import Positioning, Shadow
 from ground.sim.ranger import FALSE_SHORT
 from ground.sim.sensors import Faults, Sensors
 from ground.sim.vehicle import HOVER_THRUST, Vehicle
@@ -32,10 +34,12 @@ class Plant:
         profile: str = "real",
         endurance_s: float = HOVER_ENDURANCE_S,
         false_short: float = FALSE_SHORT,
+        positioning: str = "flow",
+        shadows: tuple[Shadow, ...] = (),
     ) -> None:
         if profile not in PROFILES:
             raise ValueError(f"profile {profile!r} is none of {', '.join(PROFILES)}")
-        body_rng, sensor_rng = np.random.default_rng(seed).spawn(2)
+        body_rng, sensor_rng, place_rng = np.random.default_rng(seed).spawn(3)
         (x_m, y_m), yaw_rad = world.spec.start_m, world.spec.start_yaw_rad
         self.truth = Truth()
         self._world = world
@@ -44,7 +48,8 @@ class Plant:
         self._controller = Controller()
         self._contacts = Contacts(world, self._vehicle)
         self._battery = Battery(endurance_s=endurance_s)
-        self._sensors = Sensors(world, profile, sensor_rng, false_short)
+        system = Positioning(positioning, shadows, place_rng)
+        self._sensors = Sensors(world, profile, system, sensor_rng, false_short)
         world.set_time(0.0)
         self._write_truth()
 
@@ -83,7 +88,7 @@ class Plant:
         command = self._controller.update(setpoint, self.readings, armed)
         command.roll_rad -= estimate.roll_error_rad
         command.pitch_rad -= estimate.pitch_error_rad
-        yaw_error_rad = command.yaw_rad - estimate.yaw_rad
+        yaw_error_rad = math.remainder(command.yaw_rad - estimate.yaw_rad, math.tau)
         vehicle.step(command, yaw_error_rad, self._battery.voltage_v)
         self._steps += 1
         self._world.set_time(self.time_s, (vehicle.x_m, vehicle.y_m))
@@ -95,6 +100,10 @@ class Plant:
     def reset_estimator(self, x_m: float, y_m: float, z_m: float, yaw_rad: float) -> None:
         """Do what kalman.resetEstimation does: the estimate starts anew at this pose."""
         self._sensors.estimator.reset(x_m, y_m, z_m, yaw_rad)
+
+    def tell_estimator(self, measured: Measured) -> None:
+        """Something outside the plant has measured: the app, or a client."""
+        self._sensors.estimator.take(measured)
 
     def _write_truth(self) -> None:
         truth, body = self.truth, self._vehicle

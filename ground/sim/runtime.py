@@ -11,9 +11,11 @@ from ground.sim.crazyflie import Crazyflie
 from ground.sim.eeprom import Eeprom
 from ground.sim.firmware import Firmware
 from ground.sim.flightstack import FlightStack
+from ground.sim.localization import Localization
 from ground.sim.pace import Pace
 from ground.sim.params import Params
 from ground.sim.plant import PLANT_STEP_S, Plant
+from ground.sim.positioning import SYSTEMS, Shadow
 from ground.sim.radio import Address, Radio
 from ground.sim.ranger import FALSE_SHORT
 from ground.sim.report import Logbook, traffic
@@ -34,6 +36,8 @@ class Options:
     profile: str = "real"
     endurance_s: float = HOVER_ENDURANCE_S
     false_short: float = FALSE_SHORT
+    positioning: str = "flow"
+    shadows: tuple[Shadow, ...] = ()
     speed: float = 1.0
     needs_arming: bool = False
     trouble: TroubleSpec = field(default_factory=TroubleSpec)
@@ -52,13 +56,22 @@ class Simulator:
         self._options = options
         self._firmware = firmware or Firmware()
         self._plant = Plant(
-            world, options.seed, options.profile, options.endurance_s, options.false_short
+            world,
+            options.seed,
+            options.profile,
+            options.endurance_s,
+            options.positioning,
+            options.shadows,
         )
         self._params = Params(self._firmware, Eeprom(world.spec.eeprom, options.eeprom_file))
         auto_arm = not options.needs_arming
         self._stack = FlightStack(self._firmware, auto_arm)
+        readings = self._plant.readings
+        localization = Localization(
+            self._params, readings, self._firmware.now_ms, self._plant.tell_estimator
+        )
         self._crazyflie = Crazyflie(
-            self._firmware, self._stack, self._params, self._plant.readings, auto_arm
+            self._firmware, self._stack, self._params, localization, readings, auto_arm
         )
         self.radio = Radio(self._crazyflie, options.trouble, options.seed)
         self._logbook = Logbook(self._plant, options.keep_trail)
@@ -67,6 +80,7 @@ class Simulator:
         self._wall_s = 0.0
         self._hurried_sim_s = self._hurried_wall_s = 0.0
         self._firmware.set_sensors(self._plant.readings)
+        self._attach_deck()
         self.unknown_eeprom_names = self._params.restore()
         self._firmware.boot()
 
@@ -97,6 +111,8 @@ class Simulator:
         self._firmware.set_sensors(self._plant.readings)
         self._firmware.set_connected(self.radio.connected())
         self._firmware.run(_STEP_MS)
+        for measured in self._firmware.take_measurements():
+            self._plant.tell_estimator(measured)
         self.radio.tick(self._firmware.now_ms())
         self._logbook.note()
 
@@ -136,6 +152,12 @@ class Simulator:
             "app_alive": self._firmware.alive(),
             "supervisor_info": self._stack.info,
         }
+
+    def _attach_deck(self) -> None:
+        system = SYSTEMS.get(self._options.positioning)
+        identity = self._params.find(f"deck.{system.deck}") if system else None
+        if identity is not None:
+            self._firmware.param_force(identity, b"\1")
 
     def _is_set(self, identity: int | None) -> bool:
         return identity is not None and any(self._firmware.param_read(identity))

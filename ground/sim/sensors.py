@@ -9,9 +9,10 @@ import numpy as np
 
 from ground.sim.battery import Battery
 from ground.sim.controller import CONTROL_STEP_S, Command
-from ground.sim.estimator import PROFILES, Estimator
+from ground.sim.estimator import HEIGHT_VARIANCE_M2, PROFILES, Estimator
 from ground.sim.model import RANGE_NONE_MM, Readings
 from ground.sim.noise import Noise
+from ground.sim.positioning import Positioning
 from ground.sim.ranger import FALSE_SHORT, HeightRanger, MultiRanger
 from ground.sim.vehicle import GRAVITY_MPS2, Vehicle
 from ground.sim.world import World
@@ -23,6 +24,8 @@ RANGE_AGE_STEPS: Final = (7, 9)
 HEIGHT_PERIOD_S: Final = 0.025
 FLOW_COUNTS_PER_RAD: Final = 10.0 * 30.0 / 0.71674
 GYRO_NOISE_DPS: Final = 0.1
+INFO_FLYING: Final = 1 << 4
+TILT_VARIANCE_RAD2: Final = 1.2e-5
 
 
 @dataclass(slots=True)
@@ -32,18 +35,25 @@ class Faults:
     ranges_frozen: bool = False
     dead_beams: frozenset[int] = frozenset()
     flow_lost: bool = False
+    positioning_lost: bool = False
 
 
 class Sensors:
     """Reads one body in one world; stepped every CONTROL_STEP_S, after the body."""
 
     def __init__(
-        self, world: World, profile: str, rng: np.random.Generator, false_short: float = FALSE_SHORT
+        self,
+        world: World,
+        profile: str,
+        positioning: Positioning,
+        rng: np.random.Generator,
+        false_short: float = FALSE_SHORT,
     ) -> None:
         parts = rng.spawn(5)
         self.readings = Readings()
         self.faults = Faults()
         self.estimator = Estimator(PROFILES[profile], parts[0])
+        self._positioning = positioning
         self._world = world
         self._ranger = MultiRanger(world, parts[1], false_short)
         self._height = HeightRanger(world, parts[2])
@@ -60,7 +70,11 @@ class Sensors:
         self._step_ranges(body)
         height_m = self._step_height(body)
         self._quality = self._flow_quality(body)
+        flying = bool(self.readings.supervisor_info & INFO_FLYING)
+        self.estimator.holds_yaw = flying or self._positioning.deck_holds_yaw
         self.estimator.step(body, height_m, self._quality)
+        lost = self.faults.positioning_lost
+        self._positioning.step(body, self.estimator, self.readings, lost)
         self._write_estimate()
         self._write_inertial(body)
         self._write_flow(body)
@@ -105,6 +119,8 @@ class Sensors:
         readings.vz_mps = estimate.vz_mps
         readings.yaw_deg = math.degrees(math.remainder(estimate.yaw_rad, math.tau))
         readings.var_position_m2 = (estimate.variance_m2,) * 3
+        readings.var_place_m2 = (estimate.place_m2, estimate.place_m2, HEIGHT_VARIANCE_M2)
+        readings.var_attitude_rad2 = (TILT_VARIANCE_RAD2, TILT_VARIANCE_RAD2, estimate.yaw_rad2)
 
     def _write_inertial(self, body: Vehicle) -> None:
         readings, estimate, normal = self.readings, self.estimator, self._noise.normal

@@ -27,6 +27,7 @@ LOGS = {
     "y": FLOAT,
     "yaw": FLOAT,
     "conf": UINT8,
+    "source": UINT8,
     "goalX": FLOAT,
     "goalY": FLOAT,
     "pathLen": FLOAT,

@@ -124,6 +124,7 @@ class Flight:
         odometry.pose.x_m, odometry.pose.y_m, odometry.pose.yaw_rad = self.odometry()
         velocity = cmath.rect(1.0, self.turned_rad) * complex(*self.velocity)
         self.input.velocity_mps.x, self.input.velocity_mps.y = velocity.real, velocity.imag
+        self.input.yaw_rate_rps = self.setpoint.yaw_rate_rps if self.setpoint else 0.0
         self.input.range_m = self.ranges_m
         self.input.battery_v, self.input.flags = self.battery_v, self.flags
 

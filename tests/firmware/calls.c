@@ -7,7 +7,7 @@
 #include "port.h"
 #include "sim_port.h"
 
-enum { SENSORS_BYTES = 112, VALUES_BYTES = 64, VARIABLES_MAX = 32 };
+enum { SENSORS_BYTES = 176, VALUES_BYTES = 64, VARIABLES_MAX = 32 };
 
 _Static_assert(sizeof(sim_port_sensors_t) == SENSORS_BYTES, "read as it lies in memory");
 
@@ -68,6 +68,14 @@ static void put_setpoint(void) {
     port_read(numbers[i], sizeof(float));
   }
   put(sim_port_put_setpoint(&s, (int)get(1)), 1);
+}
+
+static void take_measurement(void) {
+  sim_port_measurement_t m = {0};
+  put(sim_port_take_measurement(&m), 1);
+  const float numbers[] = {m.x_m, m.y_m, m.z_m, m.yaw_error_rad, m.sd};
+  put(m.of_yaw, 1);
+  port_write(numbers, sizeof numbers);
 }
 
 static void write_param(int (*write)(int id, const uint8_t *value, int size)) {
@@ -133,6 +141,9 @@ static bool output(char call) {
     return true;
   case 'R':
     put((uint32_t)sim_port_take_arming_request(), 1);
+    return true;
+  case 'M':
+    take_measurement();
     return true;
   case 'L':
     read_log_block();

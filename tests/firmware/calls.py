@@ -7,12 +7,13 @@ A recorded call is a letter and its arguments, an outcome the same letter and wh
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from ground.sim.firmware import BlockReader, Firmware
-from ground.sim.model import Readings, Setpoint
+from ground.sim.model import Measured, PositionMeasured, Readings, Setpoint, YawMeasured
 
 _SETPOINT = struct.Struct("<6B?11fIB")
+_MEASURED = struct.Struct("<2?5f")
 _OFFERED = struct.Struct("<6B?11f")
 
 
@@ -22,6 +23,14 @@ def _sized(data: bytes) -> bytes:
 
 def _values(setpoint: Setpoint) -> list[float]:
     return [getattr(setpoint, name) for name in Setpoint.__dataclass_fields__]
+
+
+def _measured(measured: Measured) -> bytes:
+    match measured:
+        case PositionMeasured(x_m, y_m, z_m, sd_m):
+            return _MEASURED.pack(True, False, x_m, y_m, z_m, 0.0, sd_m)
+        case YawMeasured(error_rad, sd_rad):
+            return _MEASURED.pack(True, True, 0.0, 0.0, 0.0, error_rad, sd_rad)
 
 
 class Recording:
@@ -109,6 +118,12 @@ class RecordedFirmware(Firmware):
         request = super().take_arming_request()
         self._note(b"R", b"", bytes((request,)))
         return request
+
+    def take_measurements(self) -> Iterator[Measured]:
+        for measured in super().take_measurements():
+            self._note(b"M", b"", _measured(measured))
+            yield measured
+        self._note(b"M", b"", _MEASURED.pack(False, False, 0.0, 0.0, 0.0, 0.0, 0.0))
 
     def log_crc(self) -> int:
         """Both tables are compared when the one is asked for."""

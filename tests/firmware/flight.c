@@ -40,11 +40,13 @@ static void read_input(nav_input_t *input) {
   input->odometry.roll_rad = bits_get_float();
   input->odometry.pitch_rad = bits_get_float();
   input->velocity_mps = bits_get_vec2();
+  input->yaw_rate_rps = bits_get_float();
   for (int beam = 0; beam < SCAN_RANGES; beam++) {
     input->range_m[beam] = bits_get_float();
   }
   input->battery_v = bits_get_float();
   input->flags = bits_get_u8();
+  input->positioning = bits_get_u8();
 }
 
 static void write_setpoint(const nav_setpoint_t *setpoint) {

@@ -155,6 +155,7 @@ def _measure(plant: Plant, given: CData) -> None:
         math.radians(seen.pitch_deg),
     )
     given.velocity_mps.x, given.velocity_mps.y = seen.vx_mps, seen.vy_mps
+    given.yaw_rate_rps = math.radians(seen.gyro_dps[2])
     for beam, range_mm in enumerate(seen.range_mm):
         given.range_m[beam] = range_mm / 1000 if 0 < range_mm < RANGE_NONE_MM // 4 else -1.0
     given.battery_v = seen.battery_v

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from ground.core import MAP_BYTES, CData
 
 _INIT = struct.Struct("<6fI3B")
-_TICK = struct.Struct("<I14fB")
+_TICK = struct.Struct("<I15f2B")
 _COMMAND = struct.Struct("<B2f")
 _SETPOINT = struct.Struct("<4f")
 _STATUS = struct.Struct("<6f2I4B")
@@ -30,8 +30,9 @@ def tick_record(given: CData) -> bytes:
     odometry, velocity = given.odometry, given.velocity_mps
     pose = odometry.pose
     floats = (pose.x_m, pose.y_m, pose.yaw_rad, odometry.height_m, odometry.roll_rad)
-    floats += (odometry.pitch_rad, velocity.x, velocity.y, *given.range_m, given.battery_v)
-    return b"T" + _TICK.pack(odometry.time_ms, *floats, given.flags)
+    floats += (odometry.pitch_rad, velocity.x, velocity.y, given.yaw_rate_rps)
+    floats += (*given.range_m, given.battery_v)
+    return b"T" + _TICK.pack(odometry.time_ms, *floats, given.flags, given.positioning)
 
 
 def command_record(command: CData) -> bytes:

@@ -23,6 +23,7 @@ LIBRARY = {"memset", "memcpy", "memcmp", "memmove", "sqrtf", "floorf", "fabsf"}
 FIRMWARE = {
     "appchannelHasOverflowOccurred", "appchannelReceiveDataPacket", "appchannelSendDataPacket",
     "commanderRelaxPriority", "commanderSetSetpoint", "consolePrintf", "crtpIsConnected",
+    "estimatorEnqueuePosition", "estimatorEnqueueYawError",
     "logGetFloat", "logGetUint", "logGetVarId", "paramGetUint", "paramGetVarId", "paramSetFloat",
     "paramSetInt", "supervisorCanFly", "supervisorIsArmed", "supervisorIsCrashed",
     "supervisorIsFlying", "supervisorIsLocked", "supervisorIsTumbled", "usecTimestamp",
@@ -119,8 +120,8 @@ def flash(objects: Objects) -> list[str]:
 
 Gate = Callable[[Objects], list[str]]
 OF_ANY_MACHINE: tuple[Gate, ...] = (kept, needed)
-OF_ANY_FLAGS: tuple[Gate, ...] = (*OF_ANY_MACHINE, fused, stack, ram, flash)
-GATES: tuple[Gate, ...] = (*OF_ANY_FLAGS, frames)
+OF_ANY_FLAGS: tuple[Gate, ...] = (*OF_ANY_MACHINE, fused, stack, ram)
+GATES: tuple[Gate, ...] = (*OF_ANY_FLAGS, flash, frames)
 
 
 class UnboundedStack(Exception):

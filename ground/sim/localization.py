@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The localization service (port 6): positions that a client sends, as motion capture does.
+
+The same units, standard deviations and log variables as crtp_localization_service.c. Packed
+packets, which name the drone, are not taken.
+"""
+
+import math
+import struct
+from collections.abc import Callable
+
+from ground.sim.crtp import BadPacket
+from ground.sim.model import Measured, PositionMeasured, Readings, YawMeasured
+from ground.sim.params import Params
+
+_EXT_POSE = 8
+_POSITION = struct.Struct("<3f")
+_POSE = struct.Struct("<7f")
+
+
+class Localization:
+    """From packets to measurements for the estimator."""
+
+    def __init__(
+        self,
+        params: Params,
+        readings: Readings,
+        now_ms: Callable[[], int],
+        tell: Callable[[Measured], None],
+    ) -> None:
+        self._params = params
+        self._readings = readings
+        self._now_ms = now_ms
+        self._tell = tell
+
+    def position(self, data: bytes) -> None:
+        """Channel 0."""
+        if len(data) != _POSITION.size:
+            raise BadPacket("external position")
+        self._take(*_POSITION.unpack(data))
+
+    def pose(self, data: bytes) -> None:
+        """Channel 1; other types than a pose mean nothing here."""
+        if data[:1] != bytes((_EXT_POSE,)):
+            return
+        if len(data) != 1 + _POSE.size:
+            raise BadPacket("external pose")
+        x_m, y_m, z_m, qx, qy, qz, qw = _POSE.unpack(data[1:])
+        self._take(x_m, y_m, z_m)
+        self._readings.external_q = (qx, qy, qz, qw)
+        yaw_rad = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+        estimated_rad = math.radians(self._readings.yaw_deg)
+        error_rad = math.remainder(estimated_rad - yaw_rad, math.tau)
+        self._tell(YawMeasured(error_rad, self._value("locSrv.extQuatStdDev")))
+
+    def _take(self, x_m: float, y_m: float, z_m: float) -> None:
+        if not all(map(math.isfinite, (x_m, y_m, z_m))):
+            raise BadPacket("external position")
+        self._readings.external_m = (x_m, y_m, z_m)
+        self._readings.external_tick = self._now_ms() & 0xFFFF
+        self._tell(PositionMeasured(x_m, y_m, z_m, self._value("locSrv.extPosStdDev")))
+
+    def _value(self, name: str) -> float:
+        identity = self._params.find(name)
+        assert identity is not None
+        return self._params.value(identity)

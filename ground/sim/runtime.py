@@ -60,6 +60,7 @@ class Simulator:
             options.seed,
             options.profile,
             options.endurance_s,
+            options.false_short,
             options.positioning,
             options.shadows,
         )

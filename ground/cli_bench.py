@@ -101,7 +101,11 @@ def bench_reloc(
     seed: Annotated[int, typer.Option(min=0, help="Of the first home.")] = 1001,
     kidnappings: Annotated[int, typer.Option(min=4, help="Four in each home.")] = 200,
 ) -> None:
-    """Put the drone down somewhere in homes that it knows: does it find out where, and when?"""
+    """Put the drone down somewhere in homes that it knows, or not: does it find out where?
+
+    Maps imported or kept over a restart and kidnappings in flight are no families of their own: all
+    that the core reads of a map is what is unknown, free or occupied, and it begins with nothing.
+    """
     if not _bench("reloc.command").run_reloc(json_file, seed, kidnappings, out):
         raise typer.Exit(1)
 

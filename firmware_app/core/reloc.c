@@ -12,6 +12,7 @@ enum {
   SETS_MORE = 6,     ///< for another round
   PASSES_FIRST = 6,  ///< matches of a place that the search found
   PASSES_MORE = 5,   ///< and of one known from the last round
+  PASSES_BEST = 12,  ///< which was the best in it
   MATCH_STRIDE = 2,  ///< of sets
   PLACES_KEPT = 24,  ///< after a round
   ROUNDS_HELD = 3,   ///< at least, to be sure
@@ -24,13 +25,15 @@ static const float SPREAD_M = 0.05f;     ///< sets are so far apart
 static const float SPREAD_RAD = 0.0873f; ///< or turned so much: 5 degrees
 static const float SAME_M = 0.3f;        ///< places nearer than this
 static const float SAME_RAD = 0.262f;    ///< and this (15 degrees) are one
-static const float SCORE_MIN = 0.5f;     ///< of a place worth believing
 static const float SCORE_POOR = 0.65f;   ///< of a best place that calls for a new search
 static const float SEARCH_POOR_M = 0.5f; ///< moved until then
 static const float SEARCH_M = 1.6f;      ///< moved until a new search anyway, if none leads
-static const float LEAD_MIN = 0.04f;     ///< over the second best, in every round held
+static const float LEAD_MIN = 0.05f;     ///< over the second best, in every round held
 static const float LEAD_MAX = 0.15f;     ///< what one round counts
-static const float LEAD_SURE = 0.4f;     ///< all rounds held together
+static const float LEAD_SURE = 0.5f;     ///< all rounds held together
+static const float NOWHERE = 0.78f;  ///< what a place may score in a map that has not the right one
+static const float FIT_MAX = 0.15f;  ///< what one round counts, beyond that or short of it
+static const float FIT_SURE = 0.35f; ///< all rounds together
 static const float MOVED_SURE_M = 0.4f;
 static const float TURNED_SURE_RAD = 2.6f; ///< after the move: its odometry no longer matters
 static const float RANGE_MAX_M = 60.0f;
@@ -73,13 +76,20 @@ void reloc_add(reloc_t *reloc, const scan_frame_t *frame) {
   }
 }
 
+pose2_t reloc_pose_at(const reloc_t *reloc, const reloc_place_t *place, pose2_t pose_odom) {
+  pose2_t since = pose2_compose(pose2_inverse(reloc->anchor), pose_odom);
+  since.x_m *= place->stretch;
+  since.y_m *= place->stretch;
+  return pose2_compose(place->pose, since);
+}
+
 /** Hypotheses go along with the anchor. */
 static void move_anchor(reloc_t *reloc, pose2_t anchor) {
   pose2_t step = pose2_compose(pose2_inverse(reloc->anchor), anchor);
-  reloc->anchor = anchor;
   for (int i = 0; i < reloc->places; i++) {
-    reloc->place_list[i].pose = pose2_compose(reloc->place_list[i].pose, step);
+    reloc->place_list[i].pose = reloc_pose_at(reloc, &reloc->place_list[i], anchor);
   }
+  reloc->anchor = anchor;
   if (reloc->searched) {
     float step_m = vec2_norm(pose2_position(step));
     reloc->moved_m += step_m;
@@ -136,14 +146,24 @@ static void sort(reloc_t *reloc) {
   reloc->places = (uint8_t)kept;
 }
 
-/** All hypotheses are judged: has one of them been the best for long enough? */
+/** The best place's evidence against being nowhere in the map, over the rounds since it is the
+ * best; it never falls below none, so that what came before people stood in the way is not lost. */
+static void weigh(reloc_t *reloc, bool stays, float score) {
+  float fit = geometry_clamp(score - NOWHERE, -FIT_MAX, FIT_MAX);
+  fit += stays ? reloc->fit : 0.0f;
+  reloc->fit = fit > 0.0f ? fit : 0.0f;
+}
+
+/** All hypotheses are judged: has one of them been the best for long enough, and good enough? */
 static void conclude(reloc_t *reloc) {
   sort(reloc);
   const reloc_place_t *list = reloc->place_list;
-  float second = reloc->places > 1 ? list[1].score : 0.0f;
-  float lead = reloc->places > 0 && list[0].score > SCORE_MIN ? list[0].score - second : 0.0f;
+  bool stays = reloc->places > 0 && same(reloc->expected, list[0].pose);
+  float best = reloc->places > 0 ? list[0].score : 0.0f;
+  float lead = best - (reloc->places > 1 ? list[1].score : 0.0f);
   bool leads = lead > LEAD_MIN;
-  if (!leads || reloc->held == 0 || !same(reloc->expected, list[0].pose)) {
+  weigh(reloc, stays, best);
+  if (!leads || reloc->held == 0 || !stays) {
     reloc->held = 0;
     reloc->lead = reloc->moved_m = reloc->turned_rad = 0.0f;
   }
@@ -151,7 +171,7 @@ static void conclude(reloc_t *reloc) {
     reloc->lead += lead < LEAD_MAX ? lead : LEAD_MAX;
     reloc->held = (uint8_t)(reloc->held < UINT8_MAX ? reloc->held + 1 : UINT8_MAX);
   }
-  reloc->sure = reloc->held >= ROUNDS_HELD && reloc->lead > LEAD_SURE &&
+  reloc->sure = reloc->held >= ROUNDS_HELD && reloc->lead > LEAD_SURE && reloc->fit > FIT_SURE &&
                 reloc->moved_m > MOVED_SURE_M && reloc->turned_rad > TURNED_SURE_RAD;
   reloc->searched = true;
   reloc->stage = RELOC_GATHERING;
@@ -178,13 +198,21 @@ static void end_pass(reloc_t *reloc, bool judging) {
   memset(&reloc->sums, 0, sizeof reloc->sums);
 }
 
+/** How often the present hypothesis is matched in a round. */
+static int passes(const reloc_t *reloc) {
+  if (!reloc->searched) {
+    return PASSES_FIRST;
+  }
+  return reloc->place == 0 ? PASSES_BEST : PASSES_MORE;
+}
+
 /** One set of one hypothesis. @return units of work */
 static int match_step(reloc_t *reloc, const grid_t *grid) {
   if (reloc->place == reloc->places) {
     conclude(reloc);
     return UNITS_JUDGE;
   }
-  bool judging = reloc->pass == (reloc->searched ? PASSES_MORE : PASSES_FIRST);
+  bool judging = reloc->pass == passes(reloc);
   if (judging) {
     reloc_judge_set(reloc, grid, reloc->set);
   } else {
@@ -261,7 +289,6 @@ bool reloc_to_map(const reloc_t *reloc, pose2_t pose_odom, pose2_t *map_pose) {
   if (!reloc->searched || reloc->places == 0) {
     return false;
   }
-  pose2_t since = pose2_compose(pose2_inverse(reloc->anchor), pose_odom);
-  *map_pose = pose2_compose(reloc->place_list[0].pose, since);
+  *map_pose = reloc_pose_at(reloc, &reloc->place_list[0], pose_odom);
   return true;
 }

@@ -7,9 +7,10 @@
  * obstacles (ICP, Besl and McKay 1992; newer sets count more, as odometry drifts) and judged by all
  * beams: what their ends lie near, and what they pass through. The drone moves on, the newest sets
  * replace the oldest, and all hypotheses are matched and judged anew: none is lost by chance, as
- * particles are. Sure is what has stayed best while the drone moved and then looked around. Sets
- * that come while others are worked on wait, so that a round does not depend on its slices. The
- * grid must not change meanwhile. */
+ * particles are. Odometry may read too far: how much is matched with the pose. Sure is what has
+ * stayed best while the drone moved and then looked around, and fits so much better than the best
+ * place of a map that does not know the right one. Sets that come while others are worked on wait,
+ * so that a round does not depend on its slices. The grid must not change meanwhile. */
 #ifndef RELOC_H
 #define RELOC_H
 
@@ -44,17 +45,22 @@ typedef struct {
 
 /** A hypothesis. */
 typedef struct {
-  pose2_t pose; ///< map frame, of the anchor
-  float score;  ///< 1: every beam ends on an obstacle and passes none
+  pose2_t pose;  ///< map frame, of the anchor
+  float stretch; ///< metres of the map for one of odometry
+  float score;   ///< 1: every beam ends on an obstacle and passes none
 } reloc_place_t;
 
 /** Sums over the beams of a hypothesis, while it is matched or judged. */
 typedef struct {
   float weight;
-  vec2_t arm_m;  ///< from the anchor to the ends
-  vec2_t away_m; ///< from the ends to their obstacles
+  vec2_t arm_m;   ///< from the anchor to the ends
+  vec2_t lever_m; ///< from the anchor to the sets
+  vec2_t away_m;  ///< from the ends to their obstacles
   float arm2_m2;
-  float cross_m2; ///< arm x away
+  float lever2_m2;
+  float arm_lever_m2; ///< arm x lever
+  float cross_m2;     ///< arm x away
+  float along_m2;     ///< lever . away
   float score;
 } reloc_sums_t;
 
@@ -77,6 +83,7 @@ typedef struct {
   uint8_t set;
   uint8_t held;       ///< rounds in a row in which the same place was best
   float lead;         ///< of its score, summed over these rounds
+  float fit;          ///< of its score beyond NOWHERE, summed since the same place is best
   float moved_m;      ///< since it is the best
   float turned_rad;   ///< likewise, after enough of a move
   float unsearched_m; ///< moved since the last search

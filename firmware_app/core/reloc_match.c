@@ -14,12 +14,15 @@ static const float REACH_MAX_CELLS = 3.6f; ///< an obstacle farther from a beam'
 static const float FAR_CELLS = 1000.0f;    ///< no map is there
 static const float PATH_MARGIN_M = 0.3f;   ///< before its end, a beam may graze what it ends on
 static const float IN_UNKNOWN = 0.1f;      ///< what an end is worth where nothing was observed
-static const float OLD = 0.4f;             ///< fourth root of what the oldest set counts in a match
-static const float OBLIQUE = 0.15f;        ///< what a beam counts that grazes its obstacle
+static const float OLD = 0.4f;             ///< what the oldest set counts in a match
+static const float OBLIQUE = 0.3f;         ///< what a beam counts that grazes its obstacle
 static const float SQUARE_CELLS2 = 0.1f;   ///< an obstacle nearer than this has no direction
 static const float WEIGHT_MIN = 3.0f;      ///< fewer beams do not move a place
 static const float TURN_MAX_RAD = 0.1f;    ///< of one pass
 static const float SPREAD_MIN_M2 = 0.01f;
+static const float STRETCH_M2 = 0.2f; ///< levers of a sum that weigh as much as "it is 1"
+static const float STRETCH_MIN = 0.8f;
+static const float STRETCH_MAX = 1.2f;
 static const float THROUGH = -0.5f; ///< what a beam is worth that passes an obstacle
 
 /** Occupied cells among the eight from ix on, as bits 0, 4, 8 ... Cells outside are none. */
@@ -84,30 +87,35 @@ static vec2_t beam_direction(int beam, sincos_t body) {
 
 /** The body at a set, by the present hypothesis. */
 static pose2_t body_at(const reloc_t *reloc, const reloc_set_t *set) {
-  pose2_t since = pose2_compose(pose2_inverse(reloc->anchor), set->pose);
-  return pose2_compose(reloc->place_list[reloc->place].pose, since);
+  return reloc_pose_at(reloc, &reloc->place_list[reloc->place], set->pose);
 }
 
 /** What a set counts in a match: 1 for the newest. */
 static float recency(const reloc_t *reloc, int set) {
   int rank = (set + RELOC_SETS - reloc->oldest) % RELOC_SETS + 1;
-  float root = OLD + (1.0f - OLD) * (float)rank / (float)reloc->count;
-  return root * root * root * root;
+  return OLD + (1.0f - OLD) * (float)rank / (float)reloc->count;
 }
 
-/** One beam's end, arm away from the anchor. A cone sees the near edge of an obstacle that it meets
- * obliquely, so such a beam counts little. */
-static void add_end(reloc_sums_t *sums, vec2_t arm_m, vec2_t direction, vec2_t away_cells,
-                    float factor, float cell_m) {
+/** What a beam's end counts. A cone sees the near edge of an obstacle that it meets obliquely, so
+ * such a beam counts little. */
+static float weight_of(vec2_t direction, vec2_t away_cells) {
   float distance2 = vec2_dot(away_cells, away_cells);
   float along = vec2_dot(away_cells, direction);
-  float w = factor * (1.0f - 0.8f * distance2 / (REACH_MAX_CELLS * REACH_MAX_CELLS)) *
-            (OBLIQUE + along * along / (distance2 + SQUARE_CELLS2));
-  vec2_t away_m = vec2_scale(away_cells, cell_m);
+  return (1.0f - 0.8f * distance2 / (REACH_MAX_CELLS * REACH_MAX_CELLS)) *
+         (OBLIQUE + along * along / (distance2 + SQUARE_CELLS2));
+}
+
+/** One beam's end, arm away from the anchor. Inlined, it makes the frame too large. */
+static void __attribute__((noinline))
+add_end(reloc_sums_t *sums, vec2_t arm_m, vec2_t lever_m, vec2_t away_m, float w) {
   sums->weight += w;
   sums->arm_m = vec2_add(sums->arm_m, vec2_scale(arm_m, w));
   sums->away_m = vec2_add(sums->away_m, vec2_scale(away_m, w));
+  sums->lever_m = vec2_add(sums->lever_m, vec2_scale(lever_m, w));
   sums->arm2_m2 += w * vec2_dot(arm_m, arm_m);
+  sums->lever2_m2 += w * vec2_dot(lever_m, lever_m);
+  sums->arm_lever_m2 += w * (arm_m.x * lever_m.y - arm_m.y * lever_m.x);
+  sums->along_m2 += w * vec2_dot(lever_m, away_m);
   sums->cross_m2 += w * (arm_m.x * away_m.y - arm_m.y * away_m.x);
 }
 
@@ -115,7 +123,8 @@ void reloc_match_set(reloc_t *reloc, const grid_t *grid, int set) {
   const reloc_set_t *measured = &reloc->sets[set];
   pose2_t body = body_at(reloc, measured);
   sincos_t turn = geometry_sincos(body.yaw_rad);
-  vec2_t anchor_m = pose2_position(reloc->place_list[reloc->place].pose);
+  const reloc_place_t *place = &reloc->place_list[reloc->place];
+  vec2_t lever_m = vec2_sub(pose2_position(body), pose2_position(place->pose));
   float factor = recency(reloc, set);
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     if ((measured->hit >> beam & 1) == 0) {
@@ -126,7 +135,9 @@ void reloc_match_set(reloc_t *reloc, const grid_t *grid, int set) {
                             vec2_scale(direction, 0.001f * (float)measured->range_mm[beam]));
     vec2_t away_cells;
     if (nearest(reloc, grid, grid_to_cells(grid, end_m), &away_cells)) {
-      add_end(&reloc->sums, vec2_sub(end_m, anchor_m), direction, away_cells, factor, grid->cell_m);
+      vec2_t arm_m = vec2_sub(end_m, pose2_position(place->pose));
+      add_end(&reloc->sums, arm_m, lever_m, vec2_scale(away_cells, grid->cell_m),
+              factor * weight_of(direction, away_cells));
     }
   }
 }
@@ -136,16 +147,28 @@ void reloc_match_end(reloc_t *reloc) {
   if (sums->weight < WEIGHT_MIN) {
     return;
   }
+  reloc_place_t *place = &reloc->place_list[reloc->place];
   float share = 1.0f / sums->weight;
   vec2_t arm_m = vec2_scale(sums->arm_m, share);
+  vec2_t lever_m = vec2_scale(sums->lever_m, share);
   vec2_t away_m = vec2_scale(sums->away_m, share);
-  float spread_m2 = sums->arm2_m2 * share - vec2_dot(arm_m, arm_m);
+  float known_m2 = STRETCH_M2 * share;
+  float arm2_m2 = sums->arm2_m2 * share - vec2_dot(arm_m, arm_m) + SPREAD_MIN_M2;
+  float lever2_m2 = sums->lever2_m2 * share - vec2_dot(lever_m, lever_m) + known_m2;
+  float both_m2 = sums->arm_lever_m2 * share - (arm_m.x * lever_m.y - arm_m.y * lever_m.x);
   float cross_m2 = sums->cross_m2 * share - (arm_m.x * away_m.y - arm_m.y * away_m.x);
-  float turn_rad =
-      geometry_clamp(cross_m2 / (spread_m2 + SPREAD_MIN_M2), -TURN_MAX_RAD, TURN_MAX_RAD);
-  pose2_t *pose = &reloc->place_list[reloc->place].pose;
-  pose->x_m += away_m.x + turn_rad * arm_m.y;
-  pose->y_m += away_m.y - turn_rad * arm_m.x;
+  float along_m2 =
+      sums->along_m2 * share - vec2_dot(lever_m, away_m) - known_m2 * (place->stretch - 1.0f);
+  float whole = 1.0f / (arm2_m2 * lever2_m2 - both_m2 * both_m2);
+  float turn_rad = geometry_clamp((cross_m2 * lever2_m2 - along_m2 * both_m2) * whole,
+                                  -TURN_MAX_RAD, TURN_MAX_RAD);
+  float more = (along_m2 * arm2_m2 - cross_m2 * both_m2) * whole;
+  float stretch = geometry_clamp(place->stretch * (1.0f + more), STRETCH_MIN, STRETCH_MAX);
+  more = stretch / place->stretch - 1.0f;
+  place->stretch = stretch;
+  pose2_t *pose = &place->pose;
+  pose->x_m += away_m.x + turn_rad * arm_m.y - more * lever_m.x;
+  pose->y_m += away_m.y - turn_rad * arm_m.x - more * lever_m.y;
   pose->yaw_rad = geometry_wrap_rad(pose->yaw_rad + turn_rad);
 }
 

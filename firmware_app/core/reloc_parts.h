@@ -7,6 +7,8 @@
 
 enum { RELOC_THICK_CELLS = 3 /* around an obstacle */ };
 
+/** Where a hypothesis has a pose of the odometry frame. */
+pose2_t reloc_pose_at(const reloc_t *reloc, const reloc_place_t *place, pose2_t pose_odom);
 /** Thicken one row of the map's obstacles. */
 void reloc_thicken_row(reloc_t *reloc, const grid_t *grid, int iy);
 /** A cell is near an obstacle. */

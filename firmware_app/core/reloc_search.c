@@ -172,7 +172,8 @@ static int try_place(reloc_t *reloc, const grid_t *grid, int ix, int iy) {
   int misses = count_misses(reloc, ix, iy, &units);
   if (misses <= reloc->misses_max) {
     vec2_t at_m = grid_centre_m(grid, (grid_cell_t){ix, iy});
-    reloc_place_t place = {{at_m.x, at_m.y, heading_rad(reloc)}, (float)(reloc->ends - misses)};
+    reloc_place_t place = {
+        {at_m.x, at_m.y, heading_rad(reloc)}, 1.0f, (float)(reloc->ends - misses)};
     keep(reloc, place, APART_CELLS * grid->cell_m);
     units += UNITS_KEEP;
   }

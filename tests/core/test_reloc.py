@@ -50,13 +50,14 @@ def range_m(boxes: Iterable[Box], pose: Pose, bearing: float) -> float:
         reach += 0.01
 
 
-def frame_of(boxes: tuple[Box, ...], pose: Pose, start: Pose) -> CData:
-    """What is measured there; odometry begins with zero at the start."""
+def frame_of(boxes: tuple[Box, ...], pose: Pose, start: Pose, reads: float = 1.0) -> CData:
+    """What is measured there; odometry begins with zero at the start and reads so many times too
+    far."""
     frame = ffi.new("scan_frame_t *")
     dx, dy = pose[0] - start[0], pose[1] - start[1]
     c, s = math.cos(start[2]), math.sin(start[2])
     yaw = math.remainder(pose[2] - start[2], math.tau)
-    frame.pose = (c * dx + s * dy, c * dy - s * dx, yaw)
+    frame.pose = (reads * (c * dx + s * dy), reads * (c * dy - s * dx), yaw)
     frame.hit = 15
     bearings = (lib.scan_bearing_rad(beam) for beam in range(lib.SCAN_BEAMS))
     frame.range_m = [range_m(boxes, pose, bearing) for bearing in bearings]
@@ -126,6 +127,54 @@ def test_it_is_not_sure_where_the_map_is_of_another_place() -> None:
     elsewhere: tuple[Box, ...] = ((-2.0, -1.6, -0.2, 0.2), (1.2, 0.4, 2.0, 1.6))
     _, _, sure = flown(made_map(elsewhere), FURNITURE, (0.3, 0.0, 2.5))
     assert not sure
+
+
+@pytest.mark.parametrize(
+    "mapped",
+    [
+        ((0.2, -1.6, 0.8, -1.2), (0.8, 0.8, 1.4, 1.6), (0.8, 0.8, 1.6, 1.6)),
+        ((1.2, 0.0, 2.0, 0.6), (-2.0, -1.2, -1.6, -0.8), (0.8, -1.6, 1.2, -1.0)),
+    ],
+)
+def test_the_best_of_bad_places_is_not_believed(mapped: tuple[Box, ...]) -> None:
+    """One place stays best and leads, metres off, and half of the beams fit: it is not here."""
+    reloc, truth, sure = flown(made_map(mapped), FURNITURE, (0.3, 0.0, 2.5))
+    assert not sure
+    assert reloc.place_list[0].score - reloc.place_list[1].score > 0.04
+    off_m, _ = off(reloc, truth)
+    assert off_m > 0.5
+
+
+@pytest.mark.parametrize("reads", [0.87, 1.15])
+def test_it_finds_how_far_odometry_reads(reads: float) -> None:
+    """A newest pose that lags behind, as old sets lie too far away, would be passed on as sure."""
+    start = (-0.8, -0.9, 0.3)
+    grid, reloc = made_map(FURNITURE), ffi.new("reloc_t *")
+    lib.reloc_init(reloc)
+    worst_m = 0.0
+    for step, pose in enumerate(route(start)):
+        lib.reloc_add(reloc, frame_of(FURNITURE, pose, start, reads))
+        while lib.reloc_work(reloc, grid, BUDGET):
+            pass
+        if step > 150:  # the last move, and the turn after it
+            worst_m = max(worst_m, off(reloc, pose)[0])
+    assert reloc.place_list[0].stretch * reads == pytest.approx(1.0, abs=0.5 * abs(reads - 1.0))
+    assert worst_m < 0.06
+
+
+def test_only_states_of_cells_count() -> None:
+    """So a map of two bits a cell, imported or kept over a restart, is as good as its drawer's."""
+    start = (0.3, 0.0, 2.5)
+    drawn, states = made_map(FURNITURE), made_map(FURNITURE)
+    for iy in range(lib.GRID_SIDE_CELLS):
+        for ix in range(lib.GRID_SIDE_CELLS):
+            state = lib.grid_state(drawn, ix, iy)
+            if state != lib.GRID_CELL_UNKNOWN:
+                free = state == lib.GRID_CELL_FREE
+                lib.grid_set_value(drawn, ix, iy, 1 + (ix + iy) % 7 + (0 if free else 7))
+    one, _, _ = flown(drawn, FURNITURE, start)
+    other, _, _ = flown(states, FURNITURE, start)
+    assert bytes(ffi.buffer(one)) == bytes(ffi.buffer(other))
 
 
 def test_it_is_not_sure_before_it_has_moved() -> None:

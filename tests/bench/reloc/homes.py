@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Homes drawn at random (a studio, two rooms, three rooms), and places that look alike."""
+"""Homes drawn at random (a studio, two rooms, three rooms), how they change, and places that look
+alike."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -95,6 +97,39 @@ def make_home(kind: str, rng: np.random.Generator) -> Room:
             tries = (_piece(room, rng) for _ in range(20))
             blocks += [piece for piece in tries if _fits(piece, doors, blocks)][:1]
     return _room(kind, (wide, deep), blocks)
+
+
+def shut(room: Room) -> tuple[Room, float]:
+    """A home of two or three rooms with its first door shut, and the x of that door's wall."""
+    below, above = room.blocks[:2]
+    low, high = below.y_m + 0.5 * below.deep_m, above.y_m - 0.5 * above.deep_m
+    leaf = Block(below.x_m, 0.5 * (low + high), _WALL_M, high - low)
+    return _room(room.kind, room.size_m, [*room.blocks, leaf]), below.x_m
+
+
+def _moved(piece: Block, room: Room, others: list[Block], rng: np.random.Generator) -> Block:
+    """The piece at a place that is free, or where it was."""
+    half = 0.5 * np.array([piece.wide_m, piece.deep_m])
+    for _ in range(40):
+        x, y = rng.uniform(half, np.array(room.size_m) - half)
+        apart = (
+            abs(x - other.x_m) > 0.5 * (piece.wide_m + other.wide_m) + _WALL_M / 2
+            or abs(y - other.y_m) > 0.5 * (piece.deep_m + other.deep_m) + _WALL_M / 2
+            for other in others
+        )
+        if all(apart):
+            return replace(piece, x_m=x, y_m=y)
+    return piece
+
+
+def rearranged(room: Room, share: float, rng: np.random.Generator) -> Room:
+    """The home with about that share of its furniture elsewhere."""
+    blocks = list(room.blocks)
+    for i, piece in enumerate(blocks):
+        is_wall = min(piece.wide_m, piece.deep_m) < 1.1 * _WALL_M
+        if not is_wall and rng.random() < share:
+            blocks[i] = _moved(piece, room, blocks[:i] + blocks[i + 1 :], rng)
+    return _room(room.kind, room.size_m, blocks)
 
 
 def make_alike(kind: str, rng: np.random.Generator) -> Room:

@@ -14,7 +14,14 @@ from tests.bench.slam.beams import BEARINGS_RAD, NONE_M, Rangers, Sensor
 from tests.bench.slam.flights import publish
 from tests.bench.slam.odometry import drifting
 from tests.bench.slam.rooms import Array, Room
-from tests.bench.slam.routes import TICK_S, Lattice, Traveller, drone_route, wobble
+from tests.bench.slam.routes import (
+    TICK_S,
+    Lattice,
+    Traveller,
+    drone_route,
+    walker_route,
+    wobble,
+)
 
 LIMIT_S: Final = 30.0
 NEAR_M: Final = 0.15
@@ -127,7 +134,8 @@ def lost_route(
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One kidnapping, at the first moment at which the core was sure; NaN if it never was."""
+    """One kidnapping, at the first moment at which the core was sure; NaN if it never was, and
+    infinitely far off where no pose of the map is right."""
 
     kind: str
     sure_s: float
@@ -144,6 +152,24 @@ class Outcome:
 
 
 @dataclass(frozen=True, slots=True)
+class Scene:
+    """Where a drone is put down."""
+
+    room: Room
+    """As it is now."""
+    places: Array
+    """x, y of where it may be put."""
+    people: int = 0
+    on_map: bool = True
+    """The map knows something of the room."""
+
+
+def plain(room: Room) -> Scene:
+    """Anywhere in a room that is as it was."""
+    return Scene(room, Lattice(room).points)
+
+
+@dataclass(frozen=True, slots=True)
 class LostFlight:
     """What a lost drone is given, a row a tick, and the truth in the room's frame."""
 
@@ -152,23 +178,26 @@ class LostFlight:
     ranges_m: Array
 
 
-def lost_flight(known: Known, profile: str, rng: np.random.Generator) -> LostFlight:
-    """Put the drone down somewhere in the known room."""
-    places = Lattice(known.room).points
-    rangers = Rangers(Sensor(), known.room.walls, rng)
-    poses = lost_route(known.room, places[rng.integers(len(places))], LIMIT_S, rangers, rng)
-    ranges_m = publish(rangers, poses, [], rng)
+def lost_flight(scene: Scene, profile: str, rng: np.random.Generator) -> LostFlight:
+    """Put the drone down somewhere in the scene."""
+    rangers = Rangers(Sensor(), scene.room.walls, rng)
+    start = scene.places[rng.integers(len(scene.places))]
+    poses = lost_route(scene.room, start, LIMIT_S, rangers, rng)
+    people = [walker_route(scene.room, len(poses), poses, rng) for _ in range(scene.people)]
+    ranges_m = publish(rangers, poses, people, rng)
     return LostFlight(poses, drifting(poses, profile, rng), ranges_m)
 
 
-def kidnap(known: Known, profile: str, rng: np.random.Generator, budget: int = BUDGET) -> Outcome:
-    """What the core finds in such a flight."""
-    flight = lost_flight(known, profile, rng)
-    lost = be_lost(known.drawn, flight.odometry, flight.ranges_m, budget)
+def kidnap(known: Known, scene: Scene, profile: str, rng: np.random.Generator) -> Outcome:
+    """What the core finds in such a flight, by the map of what it knows."""
+    flight = lost_flight(scene, profile, rng)
+    lost = be_lost(known.drawn, flight.odometry, flight.ranges_m, BUDGET)
     moments = np.flatnonzero(lost.sure)
     if len(moments) == 0:
         return Outcome(known.room.kind, math.nan, math.nan, math.nan)
     first = int(moments[0])
+    if not scene.on_map:
+        return Outcome(known.room.kind, first * TICK_S, math.inf, math.inf)
     off = lost.poses[first] - known.in_map(flight.truth[: first + 1])[first]
     turned = abs(math.remainder(float(off[2]), math.tau))
     return Outcome(known.room.kind, first * TICK_S, float(np.hypot(*off[:2])), turned)

@@ -151,6 +151,17 @@ class SelfTest(IntEnum):
     DIFFERS = lib.SELFTEST_DIFFERS
 
 
+class Source(IntEnum):
+    """What the pose in the map comes from."""
+
+    ODOMETRY = lib.NAV_SOURCE_ODOMETRY
+    SLAM = lib.NAV_SOURCE_SLAM
+    SLAM_ESTIMATOR = lib.NAV_SOURCE_SLAM_ESTIMATOR
+    LIGHTHOUSE = lib.NAV_SOURCE_LIGHTHOUSE
+    LOCO = lib.NAV_SOURCE_LOCO
+    EXTERNAL = lib.NAV_SOURCE_EXTERNAL
+
+
 class CellState(IntEnum):
     """What the map says of a cell."""
 

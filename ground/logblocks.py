@@ -12,8 +12,8 @@ import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from ground.core import MissionReason, MissionState, SelfTest
-from ground.model import Health, LogMessage, Point, Pose, Ranges, Telemetry
+from ground.core import MissionReason, MissionState, SelfTest, Source
+from ground.model import Health, LogMessage, Point, Pose, Positioned, Ranges, Telemetry
 from ground.wire import decode_map_piece
 
 Values = Mapping[str, float]
@@ -80,6 +80,12 @@ def decode_ranges(drone_ms: int, values: Values) -> Ranges:
     return Ranges(drone_ms, *metres)
 
 
+def decode_source(drone_ms: int, values: Values) -> Positioned | None:
+    """Values of the block `source`."""
+    source = values["way.source"]
+    return Positioned(drone_ms, Source(int(source))) if source in list(Source) else None
+
+
 def decode_map(_drone_ms: int, values: Values) -> LogMessage | None:
     """Values of the block `map`."""
     words = [int(values[name]) for name in MAP_WORDS]
@@ -114,6 +120,7 @@ HEALTH_VARIABLES = (
 RANGE_VARIABLES = tuple(
     (f"range.{side}", "uint16_t") for side in ("front", "back", "left", "right", "up")
 )
+SOURCE_VARIABLES = (("way.source", "uint8_t"),)
 MAP_VARIABLES = (*((name, "uint32_t") for name in MAP_WORDS[:6]), (MAP_WORDS[6], "uint16_t"))
 
 
@@ -124,4 +131,5 @@ def log_blocks(map_period_ms: int) -> tuple[LogBlock, ...]:
         LogBlock("map", map_period_ms, MAP_VARIABLES, decode_map),
         LogBlock("health", 500, HEALTH_VARIABLES, decode_health),
         LogBlock("ranges", 100, RANGE_VARIABLES, decode_ranges, required=False),
+        LogBlock("source", 500, SOURCE_VARIABLES, decode_source, required=False),
     )

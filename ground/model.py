@@ -17,6 +17,7 @@ from ground.core import (
     MissionReason,
     MissionState,
     SelfTest,
+    Source,
 )
 
 
@@ -84,6 +85,14 @@ class Ranges:
     left_m: float | None
     right_m: float | None
     up_m: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Positioned:
+    """What the pose comes from just now."""
+
+    drone_ms: int
+    source: Source
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,7 +250,7 @@ class LinkStats:
     dropped_messages: int = 0
 
 
-LogMessage = Telemetry | Health | Ranges | MapPiece
+LogMessage = Telemetry | Health | Ranges | Positioned | MapPiece
 AppMessage = Hello | Ack | RoutePiece | Event | Beat
 Incoming = LogMessage | AppMessage | Console | ParameterValue | LinkChange
 AppRequest = Command | HelloRequest | SnapshotRequest | Heartbeat | MapPiece

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from ground.core import MissionState
+from ground.core import MissionState, Source
 from ground.map import GroundMap
 from ground.model import (
     Beat,
@@ -19,6 +19,7 @@ from ground.model import (
     MapPiece,
     ParameterValue,
     Point,
+    Positioned,
     Ranges,
     RoutePiece,
     Telemetry,
@@ -37,6 +38,7 @@ class Picture:
         self.telemetry: Telemetry | None = None
         self.health: Health | None = None
         self.ranges: Ranges | None = None
+        self.source: Source | None = None
         self.hello: Hello | None = None
         self.link = LinkChange(LinkState.CLOSED, "not connected")
         self.map = GroundMap()
@@ -68,6 +70,8 @@ class Picture:
                 self.health = message
             case Ranges():
                 self.ranges = message
+            case Positioned():
+                self.source = message.source
             case Hello():
                 self.hello = message
                 self.map.take_hello(message)
@@ -81,7 +85,7 @@ class Picture:
                 self._take_console(text)
             case ParameterValue(name, value):
                 self.parameters[name] = value
-        if isinstance(message, Telemetry | Health | Ranges | Beat):
+        if isinstance(message, Telemetry | Health | Ranges | Positioned | Beat):
             self.drone_ms = message.drone_ms
 
     def _extend_trail(self, telemetry: Telemetry) -> None:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ground.core import MissionCmd, MissionReason, MissionState, SelfTest
+from ground.core import MissionCmd, MissionReason, MissionState, SelfTest, Source
 
 STATE_WORDS: dict[MissionState, str] = {
     MissionState.IDLE: "on the ground",
@@ -50,6 +50,15 @@ SELF_TEST_WORDS: dict[SelfTest, str] = {
     SelfTest.RUNNING: "running",
     SelfTest.AGREES: "agrees with a PC",
     SelfTest.DIFFERS: "differs from a PC",
+}
+
+SOURCE_WORDS: dict[Source, str] = {
+    Source.ODOMETRY: "odometry alone",
+    Source.SLAM: "SLAM",
+    Source.SLAM_ESTIMATOR: "SLAM, also for the estimator",
+    Source.LIGHTHOUSE: "Lighthouse",
+    Source.LOCO: "Loco",
+    Source.EXTERNAL: "positions from the ground",
 }
 
 COMMAND_WORDS: dict[MissionCmd, str] = {

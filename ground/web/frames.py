@@ -13,7 +13,7 @@ from ground.core import EventCode, MissionState, SelfTest
 from ground.model import Event, LinkState, Point
 from ground.picture import Picture
 from ground.web.cockpit import Cockpit
-from ground.words import REASON_WORDS, SELF_TEST_WORDS, STATE_WORDS
+from ground.words import REASON_WORDS, SELF_TEST_WORDS, SOURCE_WORDS, STATE_WORDS
 
 EVENTS_SHOWN = 12
 MAP_HEADER = struct.Struct("<IHHfff")  # revision, side, reserved, cell, origin x and y [m]
@@ -100,6 +100,8 @@ def _drone(picture: Picture) -> dict[str, Any]:
         drone["confidence"] = telemetry.confidence_percent
     if (ranges := picture.ranges) is not None:
         drone["ranges"] = [ranges.front_m, ranges.left_m, ranges.back_m, ranges.right_m]
+    if picture.source is not None:
+        drone["source"] = SOURCE_WORDS[picture.source]
     if (health := picture.health) is not None:
         drone["battery_v"] = _round(health.battery_v)
         drone["path_m"] = _round(health.path_m) if picture.state.airborne else 0.0

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import MissionState
+from ground.core import MissionState, Source
 from ground.inbox import Inbox
-from ground.logblocks import LogBlock, Values, decode_telemetry, log_blocks
+from ground.logblocks import LogBlock, Values, decode_source, decode_telemetry, log_blocks
 from ground.logstream import CLOCK_MS, LogStream
-from ground.model import LogMessage, Ranges, Telemetry
+from ground.model import LogMessage, Positioned, Ranges, Telemetry
+from ground.words import SOURCE_WORDS
 
 BYTES = {"uint8_t": 1, "uint16_t": 2, "FP16": 2, "uint32_t": 4, "float": 4}
 
@@ -137,3 +138,10 @@ def test_inbox_outlives_its_loop() -> None:
         inbox.put(item)
     inbox.close()
     assert inbox.dropped == 1
+
+
+def test_every_source_of_the_pose_has_words() -> None:
+    for source in Source:
+        assert decode_source(7, {"way.source": float(source)}) == Positioned(7, source)
+        assert SOURCE_WORDS[source]
+    assert decode_source(7, {"way.source": 6.0}) is None  # of a newer app

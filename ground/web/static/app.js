@@ -80,6 +80,7 @@ function show() {
   $("map-complete").textContent = `${Math.round(100 * map.complete)} %`;
   const sent = (link.packets ?? 0) + (link.lost ?? 0);
   $("lost").textContent = sent ? `${((100 * link.lost) / sent).toFixed(1)} %` : "–";
+  $("source").textContent = drone.source ?? "–";
   $("self-test").textContent = drone.self_test?.words ?? "–";
   $("self-test").dataset.state = drone.self_test?.state ?? "";
   showEvents(state.events);

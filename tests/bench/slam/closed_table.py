@@ -21,11 +21,11 @@ from tests.bench.slam.closed_plot import plot_flights
 
 GROUPS: Final = tuple(PROFILES)
 SHOWN: Final = ("real", "hard")
-FLIGHTS: Final = 4
+FLIGHTS: Final = 5
 FIRST_SEED: Final = 1
-MODES: Final = {1: "slam", 0: "odometry alone"}
+MODES: Final = {1: "slam", 2: "slam 2", 0: "odometry alone"}
 """By what `way.slam` says."""
-_KEYS: Final = {1: "slam", 0: "odometry"}
+_KEYS: Final = {1: "slam", 2: "slam_2", 0: "odometry"}
 
 Figures = dict[str, Any]
 
@@ -94,8 +94,11 @@ def checks_of(figures: dict[str, dict[str, Figures]]) -> list[Check]:
         check
         for profile, modes in figures.items()
         for check in (
-            Check(f"{profile}.slam.touches", modes["slam"]["touches"], 0, "=="),
-            Check(f"{profile}.slam.lost", modes["slam"]["lost"], 0, "=="),
+            *(
+                Check(f"{profile}.{mode}.{key}", modes[mode][key], 0, "==")
+                for mode in ("slam", "slam_2")
+                for key in ("touches", "lost")
+            ),
             Check(
                 f"{profile}.odometry.lost",
                 modes["odometry"]["lost"],

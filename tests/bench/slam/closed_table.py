@@ -72,13 +72,12 @@ def summary(flights: Sequence[Flown]) -> Figures:
 
 def table_of(figures: dict[str, dict[str, Figures]]) -> Table:
     """A line for each profile and mode; errors of the believed pose and of the map in metres."""
-    table = Table("", "min", "touches", "goals", "there", "lost", "error", "max", "aligned", "map")
+    table = Table("", "touches", "goals", "there", "lost", "error", "max", "aligned", "map")
     keys = ("error_median_m", "error_max_m", "aligned_median_m", "map_error_m")
     for profile, modes in figures.items():
         for mode, row in modes.items():
             table.add_row(
                 f"{profile}, {mode}",
-                f"{row['minutes']:.0f}",
                 str(row["touches"]),
                 str(row["goals"]),
                 f"{100 * row['truly_there']:.0f} %",

@@ -55,7 +55,10 @@ def bench_slam(
     seed: Annotated[int | None, typer.Option(min=0, help="Of the first flight.")] = None,
     flights: Annotated[int | None, typer.Option(min=1, help="So many of each profile.")] = None,
     profile: Annotated[
-        str | None, typer.Option(help="Of the odometry; stress: the real one in trying rooms.")
+        str | None,
+        typer.Option(
+            help="Of the odometry; stress: the real one in trying rooms; kidnapped: lost ones."
+        ),
     ] = None,
     flight: Annotated[
         Path | None,

@@ -14,6 +14,7 @@ from rich.progress import track
 from rich.table import Table
 
 from ground.checks import Check, Sense, write_report
+from tests.bench.reloc.families import relocalised_fraction
 from tests.bench.slam import peer
 from tests.bench.slam.drive import Method
 from tests.bench.slam.flights import PLAIN, STRESS, Variant, make_flight
@@ -21,10 +22,13 @@ from tests.bench.slam.real import judge
 from tests.bench.slam.scores import Score, fly
 
 PROFILES: Final = ("real", "low", "hard", "perfect")
-GROUPS: Final = (*PROFILES, "stress")
+KIDNAPPED: Final = "kidnapped"
+GROUPS: Final = (*PROFILES, "stress", KIDNAPPED)
 FLIGHTS: Final = 36
 FIRST_SEED: Final = 1002
 FAR_M: Final = 0.25
+RELOCALISED: Final = 0.95
+"""Share of kidnappings that has to be solved."""
 
 Figures = dict[str, float]
 _Limit = tuple[str, Sense, float]
@@ -72,7 +76,7 @@ def groups(wanted: Iterable[str]) -> dict[str, tuple[str, Variant]]:
     for name in wanted:
         if name == "stress":
             found |= {variant.name: ("real", variant) for variant in STRESS}
-        else:
+        elif name != KIDNAPPED:
             found[name] = (name, PLAIN)
     return found
 
@@ -173,6 +177,11 @@ def run(wanted: Wanted, json_file: Path | None, out: Console) -> bool:
     if wanted.peer:
         figures["peer"] = race(wanted.peer, wanted.seed, out)
     checks = checks_of(figures)
+    if KIDNAPPED in wanted.groups:
+        figures["relocalised_fraction"] = relocalised_fraction(wanted.seed)
+        checks.append(
+            Check("relocalised_fraction", figures["relocalised_fraction"], RELOCALISED, ">=")
+        )
     for check in checks:
         verdict = "ok  " if check.ok else "FAIL"
         out.print(f"{verdict} {check.name} {check.value:.3f} {check.sense} {check.limit}")

@@ -23,6 +23,7 @@ HOME_WALLS = [
     *box_walls(0.3, 1.3, 1.1, 1.8),
 ]
 PLACES = [(-1.2, -0.9, 2.0), (1.8, 0.9, -1.0), (0.4, -0.5, 0.3)]
+EMPTY_PLACE = box_walls(-1.0, -1.0, 1.0, 1.0)
 
 
 def mapped() -> Flight:
@@ -95,6 +96,19 @@ def test_home_is_where_it_took_off_though_it_did_not_know_where_that_was(explore
     assert flight.command(lib.MISSION_CMD_HOME) == lib.MISSION_OK
     assert flight.run_until(IDLE, FAULT) == IDLE
     assert flight.distance_m(*PLACES[0][:2]) < 0.3
+
+
+def test_in_a_place_that_is_not_in_its_map_it_lands_and_says_so(explored: bytes) -> None:
+    flight = again(explored)
+    before = cells(flight)
+    flight.walls = EMPTY_PLACE
+    carried(flight, (0.1, -0.2, 0.5))
+    assert flight.command(GOTO, 0.5, 0.3) == lib.MISSION_OK
+    assert flight.run_until(LAND, HOVER, FAULT) == LAND
+    assert flight.run_until(IDLE) == IDLE
+    assert flight.fault == lib.MISSION_LOST
+    assert (lib.WIRE_EVENT_FAULT, lib.MISSION_LOST) in flight.events
+    assert cells(flight) == before and flight.nav.mission.lost
 
 
 def test_told_to_in_the_air_it_looks_for_itself_whatever_it_believed(explored: bytes) -> None:

@@ -44,12 +44,13 @@ class Flight:
     slam: int = lib.NAV_SLAM_MAP
     yaw_mode: int = 0
     home: bool = False
+    lost: bool = False
     limit_s: float = 180.0
 
     @property
     def name(self) -> str:
         words = [self.world, str(self.seed), self.task.name.lower()]
-        words += ["home"] * self.home + ["by-wave"] * self.planner
+        words += ["home"] * self.home + ["lost"] * self.lost + ["by-wave"] * self.planner
         words += ["no-slam"] * (not self.slam) + [f"yaw{self.yaw_mode}"] * bool(self.yaw_mode)
         return "-".join(words)
 
@@ -74,12 +75,13 @@ ALL: Final = (
     *(Flight(world, task=MissionCmd.EXPLORE)
       for world in ("flat", "clutter", "door", "person", "empty")),
     Flight("flat", 3, home=True),
+    Flight("empty", 4, lost=True),
     Flight("clutter", 3, planner=lib.NAV_PLANNER_GRID, home=True),
     Flight("empty", 3, slam=lib.NAV_SLAM_OFF, yaw_mode=1),
 )  # fmt: skip
-"""Twenty flights: all rooms, all tasks, both planners, with and without SLAM."""
+"""All rooms, all tasks, both planners, with and without SLAM; one looks for itself on the way."""
 
-FEW: Final = (ALL[4], ALL[6], ALL[16], ALL[19])
+FEW: Final = (ALL[6], ALL[16], ALL[18], ALL[20])
 
 
 class _Loop:
@@ -188,12 +190,11 @@ def record(flight: Flight) -> Recording:
         loop.tick()
     loop.command(flight.task)
     loop.tick()
-    home_due = flight.home
+    due = [MissionCmd.RELOCALISE] * flight.lost + [MissionCmd.HOME] * flight.home
     while loop.time_s < flight.limit_s and (loop.state.airborne or loop.time_s < 2 * COMMAND_AT_S):
         loop.tick()
         if loop.state == MissionState.HOVER:
-            loop.command(MissionCmd.HOME if home_due else MissionCmd.LAND)
-            home_due = False
+            loop.command(due.pop(0) if due else MissionCmd.LAND)
     loop.record.records += HASH_RECORD
     return loop.record
 

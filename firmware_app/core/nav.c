@@ -87,13 +87,17 @@ static void take_set(nav_t *nav, const scan_frame_t *frame) {
   }
 }
 
+static bool differ(pose2_t a, pose2_t b) {
+  return a.x_m != b.x_m || a.y_m != b.y_m || a.yaw_rad != b.yaw_rad;
+}
+
 /** One slice of matching, or one set drawn. @return true if there was something to do: heavy stages
  * take turns, so that their worst cases never meet in one tick */
 static bool map_slice(nav_t *nav) {
   scan_frame_t frame;
   pose2_t map_pose = slam_pose(&nav->slam);
   if (slam_work(&nav->slam, &nav->grid)) {
-    nav->matched |= memcmp(&map_pose, &nav->slam.filter.pose, sizeof map_pose) != 0;
+    nav->matched = nav->matched || differ(map_pose, slam_pose(&nav->slam));
     return true;
   }
   if (!slam_take(&nav->slam, &frame, &map_pose)) {

@@ -21,7 +21,9 @@ static const float FITTING = 0.44f;      ///< share of the matched ends that mus
 static const float YAW_CAP_RAD = 0.070f; ///< no mini-scan tells the yaw better than this
 static const float FOUND_SD_M = 0.05f;   ///< of a place that relocalisation found
 static const float FOUND_SD_RAD = 0.035f;
-static const float LOST_M = 0.1f; ///< position's deviation at which confidence is a half
+static const float LOST_M = 0.2f;      ///< position's deviation at which confidence is a half
+static const float MAP_SD_M = 0.05f;   ///< of a wall in the map
+static const float MAP_SD_RAD = 0.04f; ///< and for each metre from where the map began
 
 slam_config_t slam_config_default(void) {
   return (slam_config_t){
@@ -72,6 +74,13 @@ void slam_find(slam_t *slam, pose2_t pose_odom, pose2_t map_pose) {
 
 pose2_t slam_pose(const slam_t *slam) {
   return slam->filter.pose;
+}
+
+float slam_sd_m(const slam_t *slam) {
+  float filter_m = slam_filter_sd_m(&slam->filter);
+  vec2_t far_m = pose2_position(slam->filter.pose);
+  float turned_m2 = MAP_SD_RAD * MAP_SD_RAD * vec2_dot(far_m, far_m);
+  return sqrtf(0.5f * filter_m * filter_m + MAP_SD_M * MAP_SD_M + turned_m2);
 }
 
 pose2_t slam_to_map(const slam_t *slam, pose2_t pose_odom) {
@@ -168,7 +177,7 @@ __attribute__((noinline)) static bool match_pass(slam_t *slam, const grid_t *gri
 /** 100 where the position is known, 50 at LOST_M, half of it for each mini-scan that did not fit; 0
  * if the filter does not know. */
 static uint8_t confidence(const slam_t *slam) {
-  float off = slam_filter_sd_m(&slam->filter) / LOST_M;
+  float off = slam_sd_m(slam) / LOST_M;
   float percent = 100.0f / (1.0f + off * off);
   return percent >= 0.0f ? (uint8_t)((uint32_t)percent >> slam->rejected) : 0;
 }

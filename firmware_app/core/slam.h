@@ -4,7 +4,8 @@
  * short motion into a mini-scan; its beam ends are matched point to line against the grid
  * (slam_match.h) by Gauss-Newton with the prediction as prior (iterated EKF, Bell and Cathey 1993).
  * Directions of walls turn it (slam_walls.h). Only afterwards are the sets handed on to be drawn: a
- * scan never matches itself. Not here yet: loop closing, relocalisation. */
+ * scan never matches itself. Not here: a map drawn wrong is not
+ * bent when a loop closes. */
 #ifndef SLAM_H
 #define SLAM_H
 
@@ -81,6 +82,11 @@ bool slam_work(slam_t *slam, const grid_t *grid);
 bool slam_take(slam_t *slam, scan_frame_t *frame, pose2_t *map_pose);
 /** Map frame, now. */
 pose2_t slam_pose(const slam_t *slam);
+/** Standard deviation of the position along each axis, the map's own error included. The filter
+ * knows the pose beside the walls nearby; those were drawn in a frame whose direction and scale
+ * were not known yet, so that the error grows with the distance from where the map began. Not a
+ * number if the filter has broken down. */
+float slam_sd_m(const slam_t *slam);
 /** A recent pose of the odometry frame in the map. */
 pose2_t slam_to_map(const slam_t *slam, pose2_t pose_odom);
 

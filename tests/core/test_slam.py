@@ -55,6 +55,17 @@ def test_the_last_pose_is_known_as_well_as_the_others() -> None:
     assert late.aligned_m < early.aligned_m + 0.05
 
 
+def test_it_knows_how_far_off_it_may_be() -> None:
+    """Errors in the frame of the start are within two of its deviations nearly always."""
+    assert np.mean([flown(seed, "real")[2].within_2_sd for seed in SEEDS]) > 0.85
+
+
+def test_the_deviation_is_no_larger_than_needed() -> None:
+    _, made, judged = flown(30, "real")
+    assert made.sd_m.mean() < 4.0 * judged.slam.raw_m
+    assert made.sd_m[0] < 0.06
+
+
 def scanning(ticks: int, slam: CData, grid: CData, x_m: float = 0.0) -> float:
     """Fly along x between two walls, front and back open, a set every fifth tick; the last x."""
     frame = ffi.new("scan_frame_t *")

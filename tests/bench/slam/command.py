@@ -66,6 +66,7 @@ def summary(scores: Sequence[Score]) -> Figures:
         "ratio_median": float(np.median([score.ratio for score in scores])),
         "worse_than_odometry": float((aligned > odometry).mean()),
         "beyond_25cm": float((aligned > FAR_M).mean()),
+        "within_2_sd": float(np.mean([score.within_2_sd for score in scores])),
         "map_error_m": float(np.median([score.map_m for score in scores])),
     }
 
@@ -83,7 +84,8 @@ def groups(wanted: Iterable[str]) -> dict[str, tuple[str, Variant]]:
 
 def table_of(figures: dict[str, Figures]) -> Table:
     """A line for each group; metres but for shares and the ratio."""
-    table = Table("group", "n", "aligned", "p90", "max", "raw", "odometry", "ratio", "worse", "map")
+    errors = ("aligned", "p90", "max", "raw", "odom", "ratio", "worse")
+    table = Table("group", "n", *errors, "2 sd", "map", padding=0)
     for name, row in figures.items():
         table.add_row(
             name,
@@ -93,6 +95,7 @@ def table_of(figures: dict[str, Figures]) -> Table:
             f"{row['odometry_aligned_ate_median_m']:.3f}",
             f"{row['ratio_median']:.1f}",
             f"{100 * row['worse_than_odometry']:.0f} %",
+            f"{100 * row['within_2_sd']:.0f} %",
             f"{row['map_error_m']:.3f}",
         )
     return table

@@ -41,7 +41,8 @@ void drive_fly(drive_t *drive, const float *poses, const float *ranges_m, int ti
     } else {
       map_slice(drive);
     }
-    said[i] = (drive_said_t){drive->slam.filter.pose, drive->slam.filter.bias_rps,
-                             drive->slam.filter.scale, drive->slam.confidence};
+    said[i] =
+        (drive_said_t){drive->slam.filter.pose, drive->slam.filter.bias_rps,
+                       drive->slam.filter.scale, slam_sd_m(&drive->slam), drive->slam.confidence};
   }
 }

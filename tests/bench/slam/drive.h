@@ -18,6 +18,7 @@ typedef struct {
   pose2_t pose;
   float bias_rps;
   float scale;
+  float sd_m;
   uint8_t confidence;
 } drive_said_t;
 

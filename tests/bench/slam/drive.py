@@ -26,7 +26,15 @@ TICK_MS = 20
 _UP_M = -1.0
 Method: TypeAlias = Literal["slam", "pf"]
 """The core's own, or the particle filter that it is compared with."""
-_SAID = np.dtype([("pose", "<f4", 3), ("bias_rps", "<f4"), ("scale", "<f4"), ("confidence", "<u4")])
+_SAID = np.dtype(
+    [
+        ("pose", "<f4", 3),
+        ("bias_rps", "<f4"),
+        ("scale", "<f4"),
+        ("sd_m", "<f4"),
+        ("confidence", "<u4"),
+    ]
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +45,8 @@ class Driven:
     """x, y, yaw a tick, known in that tick."""
     bias_rps: Array
     scale: Array
+    sd_m: Array
+    """Of the position along each axis, as SLAM believes; none by the particle filter."""
     confidence: NDArray[np.uint8]
     occupied: Array
     """Where the map's occupied cells put their obstacles: x, y."""
@@ -132,6 +142,7 @@ def drive(
         said["pose"].astype(float),
         said["bias_rps"].astype(float),
         said["scale"].astype(float),
+        said["sd_m"].astype(float),
         (said["confidence"] & 0xFF).astype(np.uint8),
         _occupied(ffi, lib, ffi.addressof(state, "grid")),
     )

@@ -42,6 +42,8 @@ class Score:
     """Mean distance of occupied cells to the nearest wall."""
     confidence: float
     """Of the last tick [%]."""
+    within_2_sd: float
+    """Share of the time that the true error along an axis is within two standard deviations."""
 
     @property
     def ratio(self) -> float:
@@ -75,6 +77,12 @@ def errors(truth: Array, estimate: Array) -> Errors:
     return Errors(rms(reference, judged), rms(reference, aligned))
 
 
+def honesty(truth: Array, driven: Driven) -> float:
+    """How often the error is what the pose's own deviation lets expect: 0.95 if it is normal."""
+    off_m = np.abs(driven.poses[::_EVERY_TICKS, :2] - truth[::_EVERY_TICKS, :2])
+    return float((off_m < 2.0 * driven.sd_m[::_EVERY_TICKS, None]).mean())
+
+
 def score(flight: Flight, driven: Driven) -> Score:
     """What the core's poses and map are worth."""
     occupied = driven.occupied
@@ -85,6 +93,7 @@ def score(flight: Flight, driven: Driven) -> Score:
         errors(flight.truth, flight.odometry),
         float(gap_m(flight.walls, occupied).mean()) if len(occupied) else float("nan"),
         float(driven.confidence[-1]),
+        honesty(flight.truth, driven),
     )
 
 

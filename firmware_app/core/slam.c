@@ -127,6 +127,7 @@ static bool begin_match(slam_t *slam) {
     return true;
   }
   slam_filter_forget(&slam->filter, &slam->cfg.noise);
+  slam_walls_init(&slam->walls);
   return false;
 }
 

@@ -95,14 +95,16 @@ def started() -> tuple[CData, CData]:
 
 def test_a_filter_that_broke_down_says_so_and_begins_anew() -> None:
     slam, grid = started()
-    x_m = scanning(200, slam, grid)
+    x_m = scanning(300, slam, grid)
     assert slam.confidence > 30
+    assert max(slam.walls.found) > 0
     slam.filter.covariance = [math.nan] * lib.SLAM_PAIRS
     said = set()
     for _ in range(20):
         x_m = scanning(5, slam, grid, x_m)
         said.add(slam.confidence)
     assert 0 in said
+    assert list(slam.walls.found) == [0, 0], "their directions would count as known exactly"
     scanning(200, slam, grid, x_m)
     assert slam.confidence > 20
     assert np.isfinite(list(slam.filter.covariance)).all()

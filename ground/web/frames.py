@@ -126,6 +126,8 @@ def _event(event: Event) -> dict[str, Any]:
             words, level = "arrived", "good"
         case EventCode.EXPLORED:
             words, level = "everything that can be reached is explored", "good"
+        case EventCode.FOUND:
+            words, level = "it knows again where it is in its map", "good"
     return {"n": event.sequence, "t": event.drone_ms / 1000, "words": words, "level": level}
 
 
@@ -141,6 +143,7 @@ def _permitted(cockpit: Cockpit, picture: Picture) -> dict[str, bool]:
         "home": flying,
         "hold": flying,
         "scan": flying,
+        "relocalise": ready and picture.map.known_cells > 0,
         "land": flying,
         "self_test": ready and _testable(picture),
     }

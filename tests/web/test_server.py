@@ -11,8 +11,25 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient, WebSocketDenialResponse, WebSocketTestSession
 
-from ground.core import GRID_SIDE_CELLS, CellState, MissionCmd, MissionReason, MissionState
-from ground.model import Command, EmergencyStop, MapPiece, Point, Pose, Telemetry
+from ground.core import (
+    GRID_SIDE_CELLS,
+    CellState,
+    EventCode,
+    MissionCmd,
+    MissionReason,
+    MissionState,
+)
+from ground.model import (
+    Command,
+    EmergencyStop,
+    Event,
+    LinkChange,
+    LinkState,
+    MapPiece,
+    Point,
+    Pose,
+    Telemetry,
+)
 from ground.station import Station
 from ground.web.cockpit import Cockpit
 from ground.web.frames import MAP_HEADER, map_frame, state_frame
@@ -22,6 +39,9 @@ from tests.ground.fakelink import FakeLink
 BASE = "http://127.0.0.1:8765"
 SOCKET = "ws://127.0.0.1:8765/socket"
 ORIGIN = {"origin": BASE}
+
+
+FREE_TILE = MapPiece(0, 0, bytes([CellState.FREE] * 64), ())
 
 
 def flying(drone_ms: int = 1000) -> Telemetry:
@@ -161,6 +181,24 @@ def test_nonsense_is_answered_and_goes_nowhere(
     assert not answer["ok"]
     assert answer["words"]
     assert drone.link.acts == []
+
+
+@pytest.mark.parametrize("code", EventCode)
+def test_every_event_is_told_in_words(code: EventCode) -> None:
+    cockpit = Cockpit(Station(FakeLink()))
+    assert cockpit.station is not None
+    cockpit.station.picture.take(Event(1, 100, code, 1, Point(0.0, 0.0)), 0.0)
+    text, _ = state_frame(cockpit, 0)
+    assert [bool(event["words"]) for event in json.loads(text)["events"]] == [True]
+
+
+def test_to_find_itself_it_needs_a_map() -> None:
+    station = Station(FakeLink())
+    seen = [LinkChange(LinkState.CONNECTED, ""), flying()]
+    for message, permitted in [*((m, False) for m in seen), (FREE_TILE, True)]:
+        station.picture.take(message, 0.0)
+        frame = json.loads(state_frame(Cockpit(station), 0)[0])
+        assert frame["can"]["relocalise"] is permitted
 
 
 def test_garbage_does_not_end_the_connection(page: WebSocketTestSession, drone: Drone) -> None:

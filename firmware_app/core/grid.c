@@ -109,6 +109,19 @@ void grid_set_value(grid_t *grid, int ix, int iy, int value) {
   }
 }
 
+void grid_doubt(grid_t *grid, int value_max) {
+  for (int word = 0; word < GRID_CELLS / 8; word++) {
+    int iy = word / GRID_ROW_WORDS;
+    int ix = word % GRID_ROW_WORDS * 8;
+    for (int end = ix + 8; (grid->cells[word] & OCCUPIED_BITS) != 0u && ix < end; ix++) {
+      int value = grid_value(grid, ix, iy);
+      if (value >= GRID_OCCUPIED_MIN && value <= value_max) {
+        put(grid, ix, iy, GRID_UNKNOWN);
+      }
+    }
+  }
+}
+
 static bool add_hit(grid_t *grid, grid_cell_t cell, vec2_t point_m) {
   int value = grid_value(grid, cell.ix, cell.iy);
   value = (value == GRID_UNKNOWN ? GRID_OCCUPIED_MIN - 1 : value) + grid->cfg.hit;

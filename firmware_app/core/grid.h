@@ -80,6 +80,9 @@ grid_state_t grid_state(const grid_t *grid, int ix, int iy);
 /** Set one value (import, tests). */
 void grid_set_value(grid_t *grid, int ix, int iy, int value);
 
+/** Let occupied cells of at most this value be unknown again: too little speaks for them. */
+void grid_doubt(grid_t *grid, int value_max);
+
 /** Fold one measured set, its body at map_pose, into the grid. Beams are clipped at the border.
  *  A beam whose range is no distance, or one that no sensor measures, draws nothing.
  *  A cell that a beam of this set ended in is not cleared by the set's other rays.

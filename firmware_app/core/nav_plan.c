@@ -14,11 +14,19 @@ static vec2_t goal_of_task(const nav_t *nav) {
   return nav->mission.task == MISSION_TASK_HOME ? pose2_position(nav->home) : nav->goal_m;
 }
 
+/** What closes the way may be noise: cells that only one hit speaks for are unknown again, and
+ * looked at before the drone flies there. */
+static void doubt(nav_t *nav) {
+  grid_doubt(&nav->grid, GRID_OCCUPIED_MIN - 1 + nav->cfg.grid.hit);
+  clearance_mark(&nav->clearance, &nav->grid);
+}
+
 /** There is no way now. In the air it may be noise: look around and try again, a few times. */
 static void fail(nav_t *nav, mission_reason_t reason, vec2_t place_m) {
   nav->plan.stage = NAV_PLAN_DONE;
   if (mission_airborne(nav->mission.state) && nav->plan.looks_left > 0) {
     nav->plan.looks_left--;
+    doubt(nav);
     nav_apply(nav, MISSION_EV_LOOK);
     return;
   }

@@ -72,7 +72,20 @@ static void reconfigure(nav_t *nav) {
   nav_configure(nav, &cfg);
 }
 
+/** Its own map comes back, sometimes damaged. */
+static void give_map(nav_t *nav) {
+  uint8_t piece[WIRE_MAP_BYTES];
+  nav_next_map_piece(nav, piece);
+  if (pick(4) == 0) {
+    piece[pick(WIRE_MAP_BYTES)] ^= (uint8_t)(1 << pick(8));
+  }
+  nav_take_map_piece(nav, piece);
+}
+
 static void disturb(nav_t *nav) {
+  if (pick(100) == 0) {
+    give_map(nav);
+  }
   if (pick(40) == 0) {
     nav_command_t command = {(mission_cmd_t)pick(12), {some(-3.3f, 3.3f, 8), some(-3.3f, 3.3f, 8)}};
     nav_command(nav, &command);

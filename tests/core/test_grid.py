@@ -184,3 +184,17 @@ def test_a_width_that_is_none_is_a_line(half_m: float) -> None:
     for ix in range(60, 71):
         lib.grid_set_value(grid, ix, 64, 3)
     assert lib.grid_segment_known(grid, vec2(-0.1, 0.025), vec2(0.3, 0.025), half_m)
+
+
+@given(st.lists(st.tuples(cells, cells, st.integers(0, 15)), max_size=60), st.integers(0, 15))
+def test_doubt_takes_exactly_the_occupied_cells_of_little_evidence(
+    put: list[tuple[int, int, int]], value_max: int
+) -> None:
+    grid = new_grid()
+    for ix, iy, value in put:
+        lib.grid_set_value(grid, ix, iy, value)
+    before = values(grid)
+    lib.grid_doubt(grid, value_max)
+    weak = (before >= lib.GRID_OCCUPIED_MIN) & (before <= value_max)
+    assert np.array_equal(values(grid), np.where(weak, lib.GRID_UNKNOWN, before))
+    assert grid.known == np.count_nonzero(values(grid))

@@ -165,6 +165,24 @@ def test_noise_at_the_goal_is_looked_at_from_near_before_the_goal_is_given_up() 
     assert math.dist((flight.x_m, flight.y_m), (2.0, 1.0)) < 0.15
 
 
+def test_a_way_that_only_noise_closes_is_found_again() -> None:
+    flight = Flight(TWO_ROOMS)
+    assert flight.command(GOTO, -1.6, -1.6) == lib.MISSION_OK
+    assert flight.run_until(HOVER, FAULT) == HOVER
+    assert flight.command(GOTO, 1.9, -1.0) == lib.MISSION_OK
+    assert flight.run_until(FOLLOW) == FOLLOW
+    grid = ffi.addressof(flight.nav, "grid")
+    cell = ffi.new("grid_cell_t *")
+    for step in range(21):
+        assert lib.grid_locate(grid, (0.8, 1.05 + 0.05 * step), cell)
+        value = max(lib.grid_value(grid, cell.ix, cell.iy), lib.GRID_OCCUPIED_MIN + 1)
+        lib.grid_set_value(grid, cell.ix, cell.iy, value)
+    lib.clearance_mark(ffi.addressof(flight.nav, "clearance"), grid)
+    assert flight.run_until(HOVER, FAULT) == HOVER
+    assert flight.distance_m(1.9, -1.0) < 0.25
+    assert flight.nearest_m > DRONE_RADIUS_M + 0.03
+
+
 @pytest.mark.parametrize("landed", [False, True])
 def test_what_the_map_shows_to_be_walled_off_is_refused_within_two_seconds(landed: bool) -> None:
     flight = Flight([*ROOM, (0.8, -2.0, 0.8, 2.0)])

@@ -25,9 +25,28 @@ from ground.wire import decode_map_piece, encode_map_piece
 from tests.ground.fakelink import HELLO, FakeLink
 from tests.ground.stations import telemetry, with_station
 
-FLAT = Path(mapsend.__file__).parent / "sim" / "worlds" / "flat.toml"
-ELSEWHERE = "[start]\nx_m = 2.4\ny_m = 1.6\nyaw_deg = -60\n\n"
-GOAL_M = (0.3, 0.0)
+EMPTY = Path(mapsend.__file__).parent / "sim" / "worlds" / "empty.toml"
+FURNITURE = """
+[[box]]
+name = "wardrobe"
+center = [4.3, 0.6]
+size = [1.4, 1.2]
+height_m = 2.0
+
+[[box]]
+name = "shelf"
+center = [0.4, 4.4]
+size = [0.8, 1.2]
+height_m = 2.0
+
+[[box]]
+name = "cupboard"
+center = [3.0, 4.7]
+size = [0.6, 0.6]
+height_m = 2.0
+"""
+ELSEWHERE = "[start]\nx_m = 3.6\ny_m = 3.2\nyaw_deg = -60\n\n"
+GOAL_M = (0.6, 0.4)
 
 
 def some_map(seed: int = 3) -> GroundMap:
@@ -147,15 +166,16 @@ def test_restarted_elsewhere_it_takes_its_map_back_and_flies_to_a_goal_in_it(
         result = CliRunner().invoke(app, list(arguments))
         assert result.exit_code == 0, result.stderr
 
-    kept, moved = str(tmp_path / "flat.npz"), tmp_path / "moved.toml"
-    moved.write_text(re.sub(r"\[start\][^\[]*", ELSEWHERE, FLAT.read_text()))
-    with SimulatorProcess("--world", "flat", "--speed", "max") as simulator:
+    kept, home, moved = (tmp_path / name for name in ("map.npz", "home.toml", "moved.toml"))
+    home.write_text(EMPTY.read_text() + FURNITURE)
+    moved.write_text(re.sub(r"\[start\][^\[]*", ELSEWHERE, home.read_text()))
+    with SimulatorProcess("--world", str(home), "--speed", "max") as simulator:
         run("explore", "--uri", simulator.uri)
-        run("map", "save", kept, "--uri", simulator.uri)
+        run("map", "save", str(kept), "--uri", simulator.uri)
     with SimulatorProcess("--world", str(moved), "--speed", "max") as simulator:
-        run("map", "load", kept, "--uri", simulator.uri)
+        run("map", "load", str(kept), "--uri", simulator.uri)
         run("goto", *map(str, GOAL_M), "--uri", simulator.uri)
         truth = simulator.stop()
-    place = load_world("flat").to_map(*truth["true_pose"][:2])
-    assert place == pytest.approx(GOAL_M, abs=0.6)
+    place = load_world(str(home)).to_map(*truth["true_pose"][:2])
+    assert place == pytest.approx(GOAL_M, abs=0.35)
     assert truth["collisions"] == 0

@@ -6,7 +6,7 @@ from __future__ import annotations
 import atexit
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -26,7 +26,7 @@ TICK_MS = 20
 _UP_M = -1.0
 Method: TypeAlias = Literal["slam", "pf"]
 """The core's own, or the particle filter that it is compared with."""
-_SAID = np.dtype(
+SAID = np.dtype(
     [
         ("pose", "<f4", 3),
         ("bias_rps", "<f4"),
@@ -52,31 +52,36 @@ class Driven:
     """Where the map's occupied cells put their obstacles: x, y."""
 
 
-@cache
-def _library() -> tuple[CData, CData]:
-    """ffi and the functions; compiled once a process."""
-    folder = Path(tempfile.mkdtemp(prefix="wayflie-slam-"))
+def compiled(folders: Sequence[Path], sources: Sequence[str]) -> tuple[CData, CData]:
+    """ffi and the functions of the core with these sources, that have headers of their names."""
+    folder = Path(tempfile.mkdtemp(prefix="wayflie-drive-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     target = folder / "drive.so"
-    sources = [HERE / "drive.c", HERE / "particles.c", *sorted(CORE.glob("*.c"))]
-    HOST.run(
-        "gcc",
-        *HOST.flags,
-        "-fPIC",
-        "-shared",
-        f"-I{CORE}",
-        f"-I{HERE}",
-        *sources,
-        "-lm",
-        "-o",
-        target,
-    )
+    own = [next(path for at in folders if (path := at / f"{name}.c").exists()) for name in sources]
+    includes = [f"-I{path}" for path in (CORE, *folders)]
+    code = [*own, *sorted(CORE.glob("*.c"))]
+    HOST.run("gcc", *HOST.flags, "-fPIC", "-shared", *includes, *code, "-lm", "-o", target)
     ffi = FFI()
     ffi.cdef(declarations(CORE))
-    for name in ("drive.h", "particles.h"):
-        own = (HERE / name).read_text().splitlines()
-        ffi.cdef("\n".join(line for line in own if not line.startswith("#")))
+    for source in own:
+        lines = source.with_suffix(".h").read_text().splitlines()
+        ffi.cdef("\n".join(line for line in lines if not line.startswith("#")))
     return ffi, ffi.dlopen(str(target))
+
+
+def as_given(odometry: Array, ranges_m: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Poses and sets of SCAN_RANGES as the C loops take them; nothing is above."""
+    ranges = np.hstack([ranges_m, np.full((len(odometry), 1), _UP_M)])
+    return (
+        np.ascontiguousarray(odometry, dtype=np.float32),
+        np.ascontiguousarray(ranges, dtype=np.float32),
+    )
+
+
+@cache
+def _library() -> tuple[CData, CData]:
+    """Compiled once a process."""
+    return compiled([HERE], ["drive", "particles"])
 
 
 def _configured(default: CData, changes: Mapping[str, float]) -> CData:
@@ -113,11 +118,9 @@ def drive(
     """Fly the core, or the particle filter, through a flight; scan and slam change the defaults."""
     ffi, lib = _library()
     ticks = len(odometry)
-    poses = np.ascontiguousarray(odometry, dtype=np.float32)
-    up = np.full((ticks, 1), _UP_M)
-    ranges = np.ascontiguousarray(np.hstack([ranges_m, up]), dtype=np.float32)
-    said = np.zeros(ticks, dtype=_SAID)
-    assert ffi.sizeof("drive_said_t") == _SAID.itemsize
+    poses, ranges = as_given(odometry, ranges_m)
+    said = np.zeros(ticks, dtype=SAID)
+    assert ffi.sizeof("drive_said_t") == SAID.itemsize
     filter_ = ffi.new("particles_t *")
     state = ffi.addressof(filter_, "drive")
     configs = [

@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bench of relocalisation: homes are drawn, and drones set down in them look for themselves."""
+
+from tests.bench.reloc.families import kidnapped
+
+
+def test_a_drone_that_is_sure_is_in_its_place() -> None:
+    outcomes = kidnapped("homes", 5, 4)
+    assert len(outcomes) == 4
+    assert any(outcome.sure for outcome in outcomes)
+    assert all(outcome.right for outcome in outcomes if outcome.sure)

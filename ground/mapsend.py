@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import asyncio
 
-from ground.core import TILES, MissionCmd, MissionReason
+import numpy as np
+
+from ground.core import TILE_SIDE_CELLS, TILES, TILES_PER_ROW, MissionCmd, MissionReason
 from ground.errors import CommandRefused, GroundError, NoAnswer
 from ground.map import GroundMap
 from ground.station import Station
@@ -55,9 +57,9 @@ def _check_grid(kept: GroundMap, drone: GroundMap) -> None:
 
 def _missing(kept: GroundMap, drone: GroundMap) -> list[int]:
     """Tiles in which the drone's map is not the one that was kept."""
-    return [
-        tile for tile in range(TILES) if kept.piece(tile, 0).states != drone.piece(tile, 0).states
-    ]
+    shape = (TILES_PER_ROW, TILE_SIDE_CELLS, TILES_PER_ROW, TILE_SIDE_CELLS)
+    differs = (kept.states != drone.states).reshape(shape).any(axis=(1, 3))
+    return [int(tile) for tile in np.flatnonzero(differs)]
 
 
 async def _echo(station: Station, kept: GroundMap) -> None:

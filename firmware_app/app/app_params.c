@@ -12,7 +12,6 @@
 #include "debug.h"
 
 static const float RAD_PER_DEG = 0.01745329252f;
-static const float DEG_PER_RAD = 57.29577951f;
 
 /** In the units of the parameters. No padding: copies are compared byte by byte. */
 typedef struct {
@@ -23,23 +22,15 @@ typedef struct {
 } values_t;
 
 /** The same numbers as nav_config_default(): a client that asks for defaults gets these. */
-static values_t wanted = {
-    .height = 0.4f,
-    .speed = 0.4f,
-    .clearance = 0.17f,
-    .yaw_rate_dps = 40.0f,
-    .area_x0 = -3.2f,
-    .area_y0 = -3.2f,
-    .area_x1 = 3.2f,
-    .area_y1 = 3.2f,
-    .lost_time = 5.0f,
-    .low_battery = 3.3f,
-    .cell = 0.05f,
-    .slam = NAV_SLAM_MAP,
-    .lost = NAV_LOST_HOME,
-};
+#define DEFAULTS                                                                                   \
+  {                                                                                                \
+    .height = 0.4f, .speed = 0.4f, .clearance = 0.17f, .yaw_rate_dps = 40.0f, .area_x0 = -3.2f,    \
+    .area_y0 = -3.2f, .area_x1 = 3.2f, .area_y1 = 3.2f, .lost_time = 5.0f, .low_battery = 3.3f,    \
+    .cell = 0.05f, .slam = NAV_SLAM_MAP, .lost = NAV_LOST_HOME,                                    \
+  }
+
+static values_t wanted = DEFAULTS;
 static values_t accepted;
-static nav_config_t trial_cfg; ///< not on the stack, which is small
 
 static uint8_t cmd;
 static float goal_x, goal_y;
@@ -49,77 +40,86 @@ static atomic_bool changed = true;
 static uint8_t selftest;
 static atomic_bool selftest_asked = true; ///< what was stored counts at the start
 
+typedef enum { NUMBER, DEGREES, CHOICE } kind_t;
+
+/** Where a value is here, and where in the core's configuration. */
 typedef struct {
   const char *name;
+  kind_t kind;
   uint8_t offset;
-  uint8_t size;
+  uint16_t core_offset;
+  uint8_t core_size;
 } tunable_t;
 
+#define TUNABLE(name, kind, field, core_field)                                                     \
+  {                                                                                                \
+    (name), (kind), (uint8_t)offsetof(values_t, field),                                            \
+        (uint16_t)offsetof(nav_config_t, core_field),                                              \
+        (uint8_t)sizeof(((const nav_config_t *)0)->core_field)                                     \
+  }
+
 static const tunable_t tunables[] = {
-    {"height", offsetof(values_t, height), sizeof(float)},
-    {"speed", offsetof(values_t, speed), sizeof(float)},
-    {"clearance", offsetof(values_t, clearance), sizeof(float)},
-    {"yawMode", offsetof(values_t, yaw_mode), sizeof(uint8_t)},
-    {"yawRate", offsetof(values_t, yaw_rate_dps), sizeof(float)},
-    {"planner", offsetof(values_t, planner), sizeof(uint8_t)},
-    {"slam", offsetof(values_t, slam), sizeof(uint8_t)},
-    {"areaX0", offsetof(values_t, area_x0), sizeof(float)},
-    {"areaY0", offsetof(values_t, area_y0), sizeof(float)},
-    {"areaX1", offsetof(values_t, area_x1), sizeof(float)},
-    {"areaY1", offsetof(values_t, area_y1), sizeof(float)},
-    {"lost", offsetof(values_t, lost), sizeof(uint8_t)},
-    {"lostTime", offsetof(values_t, lost_time), sizeof(float)},
-    {"lowBat", offsetof(values_t, low_battery), sizeof(float)},
-    {"cell", offsetof(values_t, cell), sizeof(float)},
+    TUNABLE("height", NUMBER, height, height_m),
+    TUNABLE("speed", NUMBER, speed, follower.speed_mps),
+    TUNABLE("clearance", NUMBER, clearance, clearance_m),
+    TUNABLE("yawMode", CHOICE, yaw_mode, follower.yaw_mode),
+    TUNABLE("yawRate", DEGREES, yaw_rate_dps, follower.turn_rate_rps),
+    TUNABLE("planner", CHOICE, planner, planner),
+    TUNABLE("slam", CHOICE, slam, slam),
+    TUNABLE("areaX0", NUMBER, area_x0, area_min_m.x),
+    TUNABLE("areaY0", NUMBER, area_y0, area_min_m.y),
+    TUNABLE("areaX1", NUMBER, area_x1, area_max_m.x),
+    TUNABLE("areaY1", NUMBER, area_y1, area_max_m.y),
+    TUNABLE("lost", CHOICE, lost, lost),
+    TUNABLE("lostTime", NUMBER, lost_time, lost_time_s),
+    TUNABLE("lowBat", NUMBER, low_battery, low_battery_v),
+    TUNABLE("cell", NUMBER, cell, cell_m),
 };
 
 enum { TUNABLES = sizeof tunables / sizeof *tunables };
 
-static void to_config(const values_t *values, nav_config_t *cfg) {
-  cfg->height_m = values->height;
-  cfg->follower.speed_mps = values->speed;
-  cfg->clearance_m = values->clearance;
-  cfg->follower.yaw_mode = (follower_yaw_mode_t)values->yaw_mode;
-  cfg->follower.turn_rate_rps = RAD_PER_DEG * values->yaw_rate_dps;
-  cfg->planner = (nav_planner_t)values->planner;
-  cfg->slam = (nav_slam_mode_t)values->slam;
-  cfg->area_min_m = (vec2_t){values->area_x0, values->area_y0};
-  cfg->area_max_m = (vec2_t){values->area_x1, values->area_y1};
-  cfg->lost = (nav_lost_t)values->lost;
-  cfg->lost_time_s = values->lost_time;
-  cfg->low_battery_v = values->low_battery;
-  cfg->cell_m = values->cell;
+static size_t size_of(const tunable_t *tunable) {
+  return tunable->kind == CHOICE ? sizeof(uint8_t) : sizeof(float);
 }
 
-static void from_config(const nav_config_t *cfg, values_t *values) {
-  values->height = cfg->height_m;
-  values->speed = cfg->follower.speed_mps;
-  values->clearance = cfg->clearance_m;
-  values->yaw_rate_dps = DEG_PER_RAD * cfg->follower.turn_rate_rps;
-  values->area_x0 = cfg->area_min_m.x;
-  values->area_y0 = cfg->area_min_m.y;
-  values->area_x1 = cfg->area_max_m.x;
-  values->area_y1 = cfg->area_max_m.y;
-  values->lost_time = cfg->lost_time_s;
-  values->low_battery = cfg->low_battery_v;
-  values->cell = cfg->cell_m;
-  values->yaw_mode = (uint8_t)cfg->follower.yaw_mode;
-  values->planner = (uint8_t)cfg->planner;
-  values->slam = (uint8_t)cfg->slam;
-  values->lost = (uint8_t)cfg->lost;
+/** One value to the core's configuration. Enumerations there may be wider than here. */
+static void hand_over(const tunable_t *tunable, const values_t *values, nav_config_t *cfg) {
+  const uint8_t *from = (const uint8_t *)values + tunable->offset;
+  uint8_t *to = (uint8_t *)cfg + tunable->core_offset;
+  memset(to, 0, tunable->core_size);
+  memcpy(to, from, size_of(tunable));
+  if (tunable->kind == DEGREES) {
+    float angle;
+    memcpy(&angle, from, sizeof angle);
+    angle *= RAD_PER_DEG;
+    memcpy(to, &angle, sizeof angle);
+  }
+}
+
+static void to_config(const values_t *values, nav_config_t *cfg) {
+  for (int i = 0; i < TUNABLES; i++) {
+    hand_over(&tunables[i], values, cfg);
+  }
 }
 
 void app_params_init(nav_t *nav) {
-  nav_config_default(&trial_cfg);
-  nav_init(nav, &trial_cfg);
-  from_config(&trial_cfg, &accepted);
+  accepted = (values_t)DEFAULTS;
+  nav_config_default(&nav->cfg);
+  to_config(&accepted, &nav->cfg);
+  nav_init(nav, &nav->cfg);
   changed = true;
 }
 
+/** If refused, all is as before. */
 static mission_reason_t offer(nav_t *nav, const values_t *values) {
-  trial_cfg = nav->cfg;
-  to_config(values, &trial_cfg);
-  return nav_configure(nav, &trial_cfg);
+  to_config(values, &nav->cfg);
+  const mission_reason_t reason = nav_configure(nav, &nav->cfg);
+  if (reason == MISSION_OK) {
+    accepted = *values;
+  } else {
+    to_config(&accepted, &nav->cfg);
+  }
+  return reason;
 }
 
 /** Write the accepted value back, which also tells the client. */
@@ -129,12 +129,12 @@ static void put_back(const tunable_t *tunable) {
   if (!PARAM_VARID_IS_VALID(id)) {
     return;
   }
-  if (tunable->size == sizeof(float)) {
+  if (tunable->kind == CHOICE) {
+    paramSetInt(id, *value);
+  } else {
     float number;
     memcpy(&number, value, sizeof number);
     paramSetFloat(id, number);
-  } else {
-    paramSetInt(id, *value);
   }
 }
 
@@ -142,12 +142,8 @@ static void put_back(const tunable_t *tunable) {
 static mission_reason_t offer_one(nav_t *nav, const values_t *all, const tunable_t *tunable) {
   values_t trial = accepted;
   memcpy((uint8_t *)&trial + tunable->offset, (const uint8_t *)all + tunable->offset,
-         tunable->size);
-  const mission_reason_t reason = offer(nav, &trial);
-  if (reason == MISSION_OK) {
-    accepted = trial;
-  }
-  return reason;
+         size_of(tunable));
+  return offer(nav, &trial);
 }
 
 void app_params_apply(nav_t *nav) {
@@ -160,7 +156,6 @@ void app_params_apply(nav_t *nav) {
     return;
   }
   if (offer(nav, &all) == MISSION_OK) {
-    accepted = all;
     return;
   }
   for (int i = 0; i < TUNABLES; i++) {

@@ -27,6 +27,11 @@ static void make_disc(clearance_t *clearance, float radius_cells) {
 void clearance_init(clearance_t *clearance, const grid_t *grid, float radius_m, vec2_t fence_min_m,
                     vec2_t fence_max_m) {
   memset(clearance, 0, sizeof *clearance);
+  clearance_configure(clearance, grid, radius_m, fence_min_m, fence_max_m);
+}
+
+void clearance_configure(clearance_t *clearance, const grid_t *grid, float radius_m,
+                         vec2_t fence_min_m, vec2_t fence_max_m) {
   memset(clearance->stale_rows, 0xFF, sizeof clearance->stale_rows);
   make_disc(clearance,
             geometry_clamp(radius_m * grid->cells_per_m, 0.0f, (float)CLEARANCE_REACH_MAX));

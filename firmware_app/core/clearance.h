@@ -44,6 +44,9 @@ typedef struct {
  * map corners. */
 void clearance_init(clearance_t *clearance, const grid_t *grid, float radius_m, vec2_t fence_min_m,
                     vec2_t fence_max_m);
+/** Another radius or fence. A row is as it was until it is refreshed. */
+void clearance_configure(clearance_t *clearance, const grid_t *grid, float radius_m,
+                         vec2_t fence_min_m, vec2_t fence_max_m);
 
 /** Take over which rows of the grid changed (and clear that list there). */
 void clearance_mark(clearance_t *clearance, grid_t *grid);

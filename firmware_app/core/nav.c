@@ -25,15 +25,11 @@ void nav_init(nav_t *nav, const nav_config_t *cfg) {
   nav_make_map(nav);
 }
 
-void nav_make_clearance(nav_t *nav) {
-  clearance_init(&nav->clearance, &nav->grid, nav->cfg.clearance_m, nav->cfg.area_min_m,
-                 nav->cfg.area_max_m);
-}
-
 void nav_make_map(nav_t *nav) {
   vec2_t centre_m = vec2_scale(vec2_add(nav->cfg.area_min_m, nav->cfg.area_max_m), 0.5f);
   grid_init(&nav->grid, &nav->cfg.grid, centre_m, nav->cfg.cell_m);
-  nav_make_clearance(nav);
+  clearance_init(&nav->clearance, &nav->grid, nav->cfg.clearance_m, nav->cfg.area_min_m,
+                 nav->cfg.area_max_m);
   nav->route.count = 0;
   nav->epoch = (uint8_t)((nav->epoch + 1u) % WIRE_MAP_EPOCHS);
   nav_resend_map(nav);

@@ -226,7 +226,8 @@ mission_reason_t nav_config_check(const nav_config_t *cfg);
 /** cfg must have passed nav_config_check; it may be nav's own. */
 void nav_init(nav_t *nav, const nav_config_t *cfg);
 /** Take new values between two ticks; area and cell size wait until the map is made anew. Refused
- * values change nothing. */
+ * values change nothing. cfg may be nav's own, changed in place: if refused, the caller puts back
+ * what it was. */
 mission_reason_t nav_configure(nav_t *nav, const nav_config_t *cfg);
 
 /** Take or refuse a command, by what is known now. A goal that turns out unreachable is refused

@@ -11,6 +11,7 @@ enum { KNOWN_MIN_CELLS = 200 /* a smaller map tells nothing of the place */ };
 
 static const float DEG = 0.0174532925f;
 static const float AREA_MAX_M = 30.0f;
+static const float SAME_PLACE_M = 1.0e-3f;
 static const float TAKE_OFF_MARGIN_V =
     0.2f; ///< a battery without load must stand this much above the limit
 
@@ -58,23 +59,26 @@ mission_reason_t nav_config_check(const nav_config_t *cfg) {
   return good ? MISSION_OK : MISSION_BAD_VALUE;
 }
 
-static bool same_place(vec2_t a, vec2_t b) {
-  return a.x == b.x && a.y == b.y;
+/** The grid is where and as fine as the configuration wants it. */
+static bool map_fits(const nav_t *nav) {
+  const float middle_cells = 0.5f * (float)GRID_SIDE_CELLS;
+  vec2_t middle_m = grid_to_metres(&nav->grid, (vec2_t){middle_cells, middle_cells});
+  vec2_t wanted_m = vec2_scale(vec2_add(nav->cfg.area_min_m, nav->cfg.area_max_m), 0.5f);
+  return nav->grid.cell_m == nav->cfg.cell_m && vec2_distance(middle_m, wanted_m) < SAME_PLACE_M;
 }
 
 mission_reason_t nav_configure(nav_t *nav, const nav_config_t *cfg) {
   if (nav_config_check(cfg) != MISSION_OK) {
     return MISSION_BAD_VALUE;
   }
-  bool new_area = !same_place(cfg->area_min_m, nav->cfg.area_min_m) ||
-                  !same_place(cfg->area_max_m, nav->cfg.area_max_m);
-  bool new_cell = cfg->cell_m != nav->cfg.cell_m;
-  bool new_radius = cfg->clearance_m != nav->cfg.clearance_m;
-  nav->cfg = *cfg;
-  if (!nav->mapped && (new_area || new_cell)) {
+  if (cfg != &nav->cfg) {
+    nav->cfg = *cfg;
+  }
+  if (!nav->mapped && !map_fits(nav)) {
     nav_make_map(nav);
-  } else if (new_area || new_radius) {
-    nav_make_clearance(nav);
+  } else {
+    clearance_configure(&nav->clearance, &nav->grid, cfg->clearance_m, cfg->area_min_m,
+                        cfg->area_max_m);
   }
   return MISSION_OK;
 }

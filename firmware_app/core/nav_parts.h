@@ -18,8 +18,6 @@ void nav_fault(nav_t *nav, mission_reason_t reason);
 void nav_set_task(nav_t *nav, mission_task_t task);
 /** Empty grid and clearance for the present configuration; the ground is told by the epoch. */
 void nav_make_map(nav_t *nav);
-/** Clearance for the present radius and fence, all stale. */
-void nav_make_clearance(nav_t *nav);
 
 /** The map begins where the drone is. */
 void nav_start_slam(nav_t *nav);

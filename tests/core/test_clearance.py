@@ -72,6 +72,21 @@ def test_an_updated_clearance_equals_a_new_one(
     assert raw_bytes(clearance) == raw_bytes(new_clearance(grid, radius_m))
 
 
+@given(walls, radii, radii)
+def test_another_radius_equals_a_new_clearance_and_opens_nothing_before(
+    where: set[tuple[int, int]], radius_m: float, other_m: float
+) -> None:
+    grid = new_grid(CELL_M)
+    occupy(grid, where)
+    clearance = new_clearance(grid, radius_m)
+    before = blocked_bits(clearance)
+    far = vec2(100.0, 100.0)
+    lib.clearance_configure(clearance, grid, other_m, vec2(-100.0, -100.0), far)
+    assert (blocked_bits(clearance) == before).all()
+    assert lib.clearance_refresh(clearance, grid, SIDE) == 0
+    assert (blocked_bits(clearance) == blocked_bits(new_clearance(grid, other_m))).all()
+
+
 def test_refreshing_is_bounded_and_says_what_is_left() -> None:
     grid = new_grid()
     clearance = ffi.new("clearance_t *")

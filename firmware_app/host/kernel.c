@@ -85,6 +85,10 @@ void sim_port_run(uint32_t ms) {
   now_ms = end_ms;
 }
 
+void sim_port_stall(uint32_t ms) {
+  wake_ms += ms;
+}
+
 uint32_t sim_port_now_ms(void) {
   return now_ms;
 }

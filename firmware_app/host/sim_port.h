@@ -79,6 +79,8 @@ typedef struct {
 void sim_port_boot(void);
 /** Let ms of firmware time pass; the app and due callbacks run. */
 void sim_port_run(uint32_t ms);
+/** Other tasks take all the time: the app goes on so much later. */
+void sim_port_stall(uint32_t ms);
 uint32_t sim_port_now_ms(void);
 /** False after an assertion failed in the app; its text is in the console. */
 bool sim_port_alive(void);

@@ -29,6 +29,8 @@ class Battery:
         self._endurance_s = endurance_s
         self.voltage_v = _rest_v(charge)
         self.state = STATE_BATTERY
+        self.sag_v = 0.0
+        """Lost beside what its load takes: a bad contact, a cold or old cell."""
         self._low_s = 0.0
 
     @property
@@ -39,7 +41,7 @@ class Battery:
     def step(self, load: float, elapsed_s: float) -> None:
         drawn = max(load, IDLE_LOAD)
         self.charge = max(0.0, self.charge - drawn * elapsed_s / self._endurance_s)
-        target_v = _rest_v(self.charge) - HOVER_SAG_V * drawn
+        target_v = _rest_v(self.charge) - HOVER_SAG_V * drawn - self.sag_v
         self.voltage_v += (target_v - self.voltage_v) * min(1.0, 2.0 * elapsed_s)
         self._low_s = self._low_s + elapsed_s if self.voltage_v < LOW_V else 0.0
         self.state = STATE_LOW if self._low_s > LOW_AFTER_S else STATE_BATTERY

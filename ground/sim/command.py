@@ -12,6 +12,9 @@ import typer
 
 from ground.errors import GroundError
 from ground.sim.battery import HOVER_ENDURANCE_S
+from ground.sim.console import Lines, obey
+from ground.sim.faults import parse_fault
+from ground.sim.faulttable import FAULTS
 from ground.sim.positioning import POSITIONINGS, Shadow
 from ground.sim.process import READY
 from ground.sim.ranger import FALSE_SHORT
@@ -22,6 +25,7 @@ from ground.sim.world import load_world
 
 DEFAULT_PORT = 19850
 _EXIT_BAD_INPUT = 2
+_STANDARD_INPUT = 0
 
 
 def parse_speed(text: str) -> float:
@@ -74,6 +78,15 @@ def sim(
         list[str] | None,
         typer.Option(help="When Lighthouse or Loco measures nothing, seconds.", metavar="S-E"),
     ] = None,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="What goes wrong, when, and how long, in simulated seconds from the start: "
+            + ", ".join(FAULTS)
+            + ".",
+            metavar="NAME@T[:S]",
+        ),
+    ] = None,
     needs_arming: Annotated[
         bool, typer.Option("--needs-arming", help="As a Brushless; else it arms itself.")
     ] = False,
@@ -100,7 +113,14 @@ def sim(
         Path | None, typer.Option("--json", help="Where to write the flight's true figures.")
     ] = None,
 ) -> None:
-    """Simulate a Crazyflie that runs Wayflie, until Ctrl-C."""
+    """Simulate a Crazyflie that runs Wayflie, until Ctrl-C.
+
+    Lines typed while it runs let faults begin and end: fault NAME[:SECONDS], end NAME, faults.
+    """
+    try:
+        faults = tuple(parse_fault(text) for text in fault or ())
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
     options = Options(
         seed=seed,
         profile=profile,
@@ -113,6 +133,7 @@ def sim(
         trouble=TroubleSpec(loss, duplication, reorder),
         eeprom_file=eeprom,
         keep_trail=trail,
+        faults=faults,
     )
     try:
         _run(world, port, options, json_file, os.getppid() if with_parent else None)
@@ -128,7 +149,12 @@ def _run(
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, frame: signals.append(number))
 
+    lines = Lines(_STANDARD_INPUT)
+
     def stopped() -> bool:
+        for line in lines.take():
+            if answer := obey(line, simulator.faults):
+                print(answer, flush=True)
         return bool(signals) or parent not in (None, os.getppid())
 
     simulator = Simulator(load_world(world), options)

@@ -40,6 +40,10 @@ class Contacts:
         self._touching: dict[int, str] = {}
         self.collisions: list[Collision] = []
 
+    def look(self) -> None:
+        """The body was put elsewhere: what was known of its surroundings is void."""
+        self._slack_m = 0.0
+
     def step(self, time_s: float, elapsed_s: float) -> None:
         """After world and body have moved."""
         body, places = self._vehicle, self._world.footprints

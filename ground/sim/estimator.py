@@ -26,10 +26,14 @@ from ground.sim.vehicle import GRAVITY_MPS2, Vehicle
 FLOW_MIN_QUALITY: Final = 0.1
 HEIGHT_GAIN: Final = 0.12
 CLIMB_GAIN: Final = 0.4
+CLIMB_ERROR_MPS2: Final = 0.05
+"""Of the accelerometer, upwards; counts where no ranger looks down."""
 VARIANCE_START_M2: Final = 0.1
 VARIANCE_FLOOR_M2: Final = 1e-4
 VARIANCE_TAU_S: Final = 0.35
-VARIANCE_LOST_RATE: Final = 0.02
+TILT_RAD2: Final = 1.2e-5
+TILT_GROWTH: Final = 1e-5
+"""Of the variance of the tilt; without flow gravity turns it into that of the velocity."""
 VARIANCE_MAX_M2: Final = 100.0
 PLACE_START_M2: Final = 100.0
 YAW_START_RAD2: Final = 1e-4
@@ -118,10 +122,16 @@ class Estimator:
         tilt_rad = math.radians(profile.tilt_error_deg)
         self._roll_error = Wander(noise, tilt_rad, 20.0, _STEP_S)
         self._pitch_error = Wander(noise, tilt_rad, 20.0, _STEP_S)
-        self._lost_x_mps = self._lost_y_mps = 0.0
+        wrong = CLIMB_ERROR_MPS2 if profile.tilt_error_deg else 0.0
+        self._climb_error_mps2 = math.copysign(wrong, bias_dps)
+        self._lost_x_mps = self._lost_y_mps = self._lost_s = 0.0
         self._last: tuple[float, float, float] | None = None
         self.holds_yaw = False
         """It flies, or a deck asked for it: the yaw does not creep back on the ground."""
+        self.height_lost = False
+        """There is no ranger that looks down."""
+        self.runaway_mps2 = 0.0
+        """Something drives the velocity away like this, and flow is not believed any more."""
         self.roll_error_rad = self.pitch_error_rad = 0.0
         self.reset(0.0, 0.0, 0.0, 0.0)
 
@@ -137,6 +147,15 @@ class Estimator:
         self._pull_x_mps = self._pull_y_mps = 0.0
         self._way = (0.0, 0.0)
         self._way_from: tuple[float, float] | None = None
+
+    def jump(self, x_m: float, y_m: float) -> None:
+        """Believe to be elsewhere, from one moment to the next."""
+        self.x_m += x_m
+        self.y_m += y_m
+
+    def carried(self) -> None:
+        """What has moved the body just now was not felt."""
+        self._last = None
 
     def take(self, measured: Measured) -> None:
         """Move by what was measured from outside, as far as the covariances say."""
@@ -174,7 +193,8 @@ class Estimator:
 
     def step(self, body: Vehicle, height_m: float | None, flow_quality: float) -> None:
         """Take the body's motion; height_m is a new measurement of the height ranger."""
-        lost = flow_quality < FLOW_MIN_QUALITY and not body.on_floor
+        blind = flow_quality < FLOW_MIN_QUALITY or self.runaway_mps2 > 0.0
+        lost = blind and not body.on_floor
         self._step_variance(lost, max(flow_quality, FLOW_MIN_QUALITY))
         self._step_place()
         self._step_height(body, height_m)
@@ -212,9 +232,11 @@ class Estimator:
         self._lost_x_mps = self._lost_y_mps = 0.0
 
     def _step_variance(self, lost: bool, quality: float) -> None:
+        self._lost_s = self._lost_s + _STEP_S if lost else 0.0
         if lost:
-            grown = self.variance_m2 + VARIANCE_LOST_RATE * _STEP_S
-            self.variance_m2 = min(grown, VARIANCE_MAX_M2)
+            tilt_rad2 = 2.0 * TILT_RAD2 * self._lost_s + TILT_GROWTH * self._lost_s**2
+            rate = GRAVITY_MPS2**2 * tilt_rad2 + 2.0 * self.runaway_mps2**2 * self._lost_s
+            self.variance_m2 = min(self.variance_m2 + rate * _STEP_S, VARIANCE_MAX_M2)
         else:
             settled = VARIANCE_FLOOR_M2 / (quality * quality)
             self.variance_m2 += (settled - self.variance_m2) * _STEP_S / VARIANCE_TAU_S
@@ -229,7 +251,8 @@ class Estimator:
 
     def _step_height(self, body: Vehicle, height_m: float | None) -> None:
         """The accelerometer carries the climb, the ranger pulls the height to what is below."""
-        self.vz_mps += (body.az_mps2 + 2.0 * (body.vz_mps - self.vz_mps)) * _STEP_S
+        pull = self._climb_error_mps2 if self.height_lost else 2.0 * (body.vz_mps - self.vz_mps)
+        self.vz_mps += (body.az_mps2 + pull) * _STEP_S
         self.z_m += self.vz_mps * _STEP_S
         if height_m is not None:
             gap_m = height_m - self.z_m
@@ -239,7 +262,8 @@ class Estimator:
     def _step_lost(self, lost: bool) -> None:
         """Without flow the tilt error is integrated as if it were acceleration."""
         if lost:
-            self._lost_x_mps += self.pitch_error_rad * GRAVITY_MPS2 * _STEP_S
+            felt_mps2 = self.pitch_error_rad * GRAVITY_MPS2 + self.runaway_mps2
+            self._lost_x_mps += felt_mps2 * _STEP_S
             self._lost_y_mps += self.roll_error_rad * GRAVITY_MPS2 * _STEP_S
         else:
             self._lost_x_mps -= self._lost_x_mps * _STEP_S / _RECOVER_S

@@ -80,6 +80,10 @@ class Firmware:
         """Let firmware time pass."""
         self._lib.sim_port_run(ms)
 
+    def stall(self, ms: int) -> None:
+        """Let other tasks take all the time: the app goes on so much later."""
+        self._lib.sim_port_stall(ms)
+
     def now_ms(self) -> int:
         """Milliseconds since the firmware started."""
         return int(self._lib.sim_port_now_ms())

@@ -54,6 +54,10 @@ class FlightStack:
             self._supervise(now_ms, readings, setpoint, stop_parameter)
         return self._supervisor.override(setpoint), self._supervisor.can_fly
 
+    def emergency_stop(self) -> None:
+        """Somebody presses the button."""
+        self._supervisor.emergency_stop()
+
     def roll_pitch_yaw_thrust(self, data: bytes) -> None:
         """Port 3."""
         self._firmware.put_setpoint(self._thrust_lock.decode(data), _PRIORITY_CRTP)

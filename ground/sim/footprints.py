@@ -46,7 +46,8 @@ class Footprints:
     forget it.
     """
 
-    def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
+    def __init__(self, obstacles: tuple[Obstacle, ...], before: "Footprints | None" = None) -> None:
+        """Or go on from what was before, with other obstacles at the end."""
         self.obstacles = obstacles
         self.center_m = np.array([o.center_m for o in obstacles], float).reshape(-1, 2)
         self.velocity_mps = np.zeros_like(self.center_m)
@@ -63,7 +64,12 @@ class Footprints:
         self._dynamic = [i for i, o in enumerate(obstacles) if o.changes]
         self._time_s = 0.0
         self._starts_s = [_start_s(o.motion) for o in obstacles]
-        self.move_to(0.0, None)
+        if before is not None:
+            known = before._starts_s[: len(obstacles)]
+            self._starts_s[: len(known)] = known
+            self.changes = before.changes + 1
+            self._time_s = before._time_s
+        self.move_to(self._time_s, None)
 
     def move_to(self, time_s: float, drone_m: Point | None) -> list[int]:
         """Put everything where it is at that time; return the rows that may have changed."""

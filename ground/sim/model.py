@@ -12,6 +12,10 @@ RANGE_NONE_MM = 32767
 """What the Multi-ranger driver publishes when a sensor has no valid measurement."""
 
 
+Ranges = tuple[int, int, int, int, int]
+"""Front, back, left, right, up in millimetres."""
+
+
 class Mode(IntEnum):
     """How one axis of a setpoint is meant, as stab_mode_t in stabilizer_types.h."""
 
@@ -70,7 +74,7 @@ class Readings:
     yaw_deg: float = 0.0
     gyro_dps: tuple[float, float, float] = (0.0, 0.0, 0.0)
     var_position_m2: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    range_mm: tuple[int, int, int, int, int] = (0, 0, 0, 0, 0)
+    range_mm: Ranges = (0, 0, 0, 0, 0)
     zrange_mm: int = 0
     battery_v: float = 4.2
     battery_percent: int = 90

@@ -7,13 +7,14 @@ from typing import Final
 import numpy as np
 
 from ground.sim.battery import HOVER_ENDURANCE_S, Battery
+from ground.sim.broken import Broken
 from ground.sim.contacts import Collision, Contacts
 from ground.sim.controller import CONTROL_STEP_S, Controller
 from ground.sim.estimator import PROFILES
 from ground.sim.model import Measured, Readings, Setpoint, Truth
 from ground.sim.positioning import Positioning, Shadow
 from ground.sim.ranger import FALSE_SHORT
-from ground.sim.sensors import Faults, Sensors
+from ground.sim.sensors import Sensors
 from ground.sim.vehicle import HOVER_THRUST, Vehicle
 from ground.sim.world import World
 
@@ -63,8 +64,13 @@ class Plant:
         return self._sensors.readings
 
     @property
-    def faults(self) -> Faults:
-        return self._sensors.faults
+    def broken(self) -> Broken:
+        """What of the sensors is; may be changed at any time."""
+        return self._sensors.broken
+
+    @property
+    def battery(self) -> Battery:
+        return self._battery
 
     @property
     def collisions(self) -> int:
@@ -104,6 +110,24 @@ class Plant:
     def tell_estimator(self, measured: Measured) -> None:
         """Something outside the plant has measured: the app, or a client."""
         self._sensors.estimator.take(measured)
+
+    def jump_estimate(self, x_m: float, y_m: float) -> None:
+        """The estimate is elsewhere from now on."""
+        self._sensors.estimator.jump(x_m, y_m)
+
+    def tumble(self) -> None:
+        """Something hits it: it turns over and falls."""
+        self._vehicle.tumble()
+
+    def carry(self, x_m: float, y_m: float, z_m: float) -> None:
+        """A hand takes it elsewhere, faster than it could notice, and holds it there."""
+        self._vehicle.hold(x_m, y_m, z_m)
+        self._sensors.estimator.carried()
+        self._contacts.look()
+
+    def let_go(self, z_m: float) -> None:
+        """The hand that holds it opens at this height."""
+        self._vehicle.let_go(z_m)
 
     def _write_truth(self) -> None:
         truth, body = self.truth, self._vehicle

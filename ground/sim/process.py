@@ -45,6 +45,7 @@ class SimulatorProcess:
         command = [*self._command, "--with-parent", "--json", str(self._json)]
         process = subprocess.Popen(
             command,
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -63,6 +64,13 @@ class SimulatorProcess:
     def running(self) -> bool:
         """It has not ended by itself."""
         return self._process is not None and self._process.poll() is None
+
+    def say(self, line: str) -> None:
+        """Type a line at it."""
+        if self._process is None or self._process.stdin is None:
+            raise SimulatorFailed("the simulator was not started")
+        self._process.stdin.write(line + "\n")
+        self._process.stdin.flush()
 
     def stop(self) -> dict[str, Any]:
         """End it and read the true figures of the flight."""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Clients and their packets, without sockets: addresses and datagrams in, the same out."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from random import Random
@@ -51,10 +52,28 @@ class Radio:
         self._random = Random(seed)
         self._clients: dict[Address, Client] = {}
         self._outgoing: list[tuple[Address, bytes]] = []
+        self.silent = False
+        """Nothing gets through, either way."""
+        self.late_ms = 0
+        """What settled clients and the drone say to each other takes so long."""
+        self._now_ms = 0
+        self._up: deque[tuple[int, Address, bytes]] = deque()
+        self._down: deque[tuple[int, Address, bytes]] = deque()
 
     def connected(self) -> bool:
-        """Somebody is there."""
-        return bool(self._clients)
+        """Somebody is heard."""
+        return bool(self._clients) and not self.silent
+
+    @property
+    def trouble(self) -> TroubleSpec:
+        """Of the way, for all clients."""
+        return self._spec
+
+    @trouble.setter
+    def trouble(self, spec: TroubleSpec) -> None:
+        self._spec = spec
+        for client in self._clients.values():
+            client.up.spec = client.down.spec = spec
 
     def handshaking(self, now_s: float) -> bool:
         """Some client is still reading tables or parameters."""
@@ -66,6 +85,9 @@ class Radio:
     def receive(self, address: Address, datagram: bytes, now_s: float) -> None:
         """Take a datagram from an address."""
         self.counters.received += 1
+        if self.silent:
+            self.counters.lost_up += 1
+            return
         if datagram == SCAN_PROBE:
             self._scanned(address, now_s)
             return
@@ -79,11 +101,19 @@ class Radio:
             return
         lost_before = client.up.lost
         for arrived in client.up.carry(datagram):
-            self._answer(address, client, arrived)
+            if self.late_ms:
+                self._up.append((self._now_ms + self.late_ms, address, arrived))
+            else:
+                self._answer(address, client, arrived)
         self.counters.lost_up += client.up.lost - lost_before
 
     def tick(self, now_ms: int) -> None:
         """Send what the drone has to say by this firmware time."""
+        self._now_ms = now_ms
+        while self._up and self._up[0][0] <= now_ms:
+            _, address, datagram = self._up.popleft()
+            if (known := self._clients.get(address)) is not None:
+                self._answer(address, known, datagram)
         for packet, origin in self._crazyflie.news():
             for address, client in self._clients.items():
                 if client.session is not origin:
@@ -91,11 +121,15 @@ class Radio:
         for address, client in self._clients.items():
             for packet in client.session.logs.samples(now_ms):
                 self._send(address, client, packet)
+        while self._down and self._down[0][0] <= now_ms:
+            self._outgoing.append(self._down.popleft()[1:])
 
     def expire(self, now_s: float) -> None:
         """Forget clients that are silent, with their log blocks."""
         for address, client in list(self._clients.items()):
-            if now_s - client.heard_s > _SILENCE_S:
+            if self.silent:
+                client.heard_s = now_s
+            elif now_s - client.heard_s > _SILENCE_S:
                 del self._clients[address]
 
     def outgoing(self) -> Iterator[tuple[Address, bytes]]:
@@ -139,9 +173,16 @@ class Radio:
         self.counters.errors[reason] = self.counters.errors.get(reason, 0) + 1
 
     def _send(self, address: Address, client: Client, packet: bytes) -> None:
+        if self.silent:
+            self.counters.lost_down += 1
+            return
         if not client.settled:
             self._outgoing.append((address, packet))
             return
         lost_before = client.down.lost
-        self._outgoing.extend((address, arrived) for arrived in client.down.carry(packet))
+        for arrived in client.down.carry(packet):
+            if self.late_ms:
+                self._down.append((self._now_ms + self.late_ms, address, arrived))
+            else:
+                self._outgoing.append((address, arrived))
         self.counters.lost_down += client.down.lost - lost_before

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from ground.sim.footprints import Array
-from ground.sim.model import RANGE_NONE_MM
+from ground.sim.model import RANGE_NONE_MM, Ranges
 from ground.sim.vehicle import Vehicle
 from ground.sim.world import World
 
@@ -109,7 +109,7 @@ class MultiRanger:
         self._relative = rng.uniform(*NOISE_RELATIVE, size=len(BEAMS))
         self._body_rays = np.stack([_about(axis, self._cone.directions) for axis in _AXES])
 
-    def measure(self, body: Vehicle) -> tuple[int, ...]:
+    def measure(self, body: Vehicle) -> Ranges:
         """Range of each of BEAMS in millimetres, RANGE_NONE_MM where nothing answers."""
         turns = np.array(
             [
@@ -140,7 +140,7 @@ class MultiRanger:
         approach: Array = SENSOR_OFFSET_M + axes @ velocity * np.array(SKEW_S)
         return approach
 
-    def _publish(self, range_m: Array, signal: Array) -> tuple[int, ...]:
+    def _publish(self, range_m: Array, signal: Array) -> Ranges:
         """Noise, misses, false short returns, whole millimetres."""
         luck = self._rng.random((3, len(BEAMS)))
         noise_m = np.maximum(self._relative * np.minimum(range_m, MAX_RANGE_M), NOISE_MIN_M)
@@ -149,10 +149,11 @@ class MultiRanger:
         short_m = MIN_RANGE_M + luck[2] * np.minimum(noisy_m, MAX_RANGE_M)
         noisy_m = np.where(luck[1] < self._false_short, short_m, noisy_m)
         valid = (luck[0] < chance) & (noisy_m <= MAX_RANGE_M)
-        return tuple(
+        front, back, left, right, up = (
             round(1000.0 * max(float(r), MIN_RANGE_M)) if ok else RANGE_NONE_MM
             for r, ok in zip(noisy_m, valid, strict=True)
         )
+        return front, back, left, right, up
 
 
 class HeightRanger:

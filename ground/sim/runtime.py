@@ -3,12 +3,14 @@
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from ground.sim.battery import HOVER_ENDURANCE_S
 from ground.sim.crazyflie import Crazyflie
 from ground.sim.eeprom import Eeprom
+from ground.sim.faults import Faults, FaultSpec
+from ground.sim.faulttable import Bench
 from ground.sim.firmware import Firmware
 from ground.sim.flightstack import FlightStack
 from ground.sim.localization import Localization
@@ -43,6 +45,7 @@ class Options:
     trouble: TroubleSpec = field(default_factory=TroubleSpec)
     eeprom_file: Path | None = None
     keep_trail: bool = False
+    faults: tuple[FaultSpec, ...] = ()
 
 
 class Simulator:
@@ -75,6 +78,8 @@ class Simulator:
             self._firmware, self._stack, self._params, localization, readings, auto_arm
         )
         self.radio = Radio(self._crazyflie, options.trouble, options.seed)
+        bench = Bench(world, self._plant, self._firmware, self._stack, self._params, self.radio)
+        self.faults = Faults(bench, options.faults)
         self._logbook = Logbook(self._plant, options.keep_trail)
         self._stop_id = self._params.find("stabilizer.stop")
         self._reset_id = self._params.find("kalman.resetEstimation")
@@ -105,6 +110,7 @@ class Simulator:
 
     def step(self) -> None:
         """Let PLANT_STEP_S of simulated time pass."""
+        self.faults.step()
         setpoint, may_run = self._stack.step(self._plant.readings, self._is_set(self._stop_id))
         self._plant.step(setpoint, may_run)
         self._plant.readings.supervisor_info = self._stack.info
@@ -152,6 +158,7 @@ class Simulator:
             "realtime_factor": round(factor, 2),
             "app_alive": self._firmware.alive(),
             "supervisor_info": self._stack.info,
+            "faults": [asdict(happened) for happened in self.faults.log],
         }
 
     def _attach_deck(self) -> None:

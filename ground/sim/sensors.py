@@ -2,15 +2,15 @@
 """All sensors of the body, at their own rates and delays, into one Readings."""
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from ground.sim.battery import Battery
+from ground.sim.broken import Broken, spoil
 from ground.sim.controller import CONTROL_STEP_S, Command
 from ground.sim.estimator import HEIGHT_VARIANCE_M2, PROFILES, Estimator
-from ground.sim.model import RANGE_NONE_MM, Readings
+from ground.sim.model import RANGE_NONE_MM, Ranges, Readings
 from ground.sim.noise import Noise
 from ground.sim.positioning import Positioning
 from ground.sim.ranger import FALSE_SHORT, HeightRanger, MultiRanger
@@ -28,16 +28,6 @@ INFO_FLYING: Final = 1 << 4
 TILT_VARIANCE_RAD2: Final = 1.2e-5
 
 
-@dataclass(slots=True)
-class Faults:
-    """What is broken now; set from outside at any time."""
-
-    ranges_frozen: bool = False
-    dead_beams: frozenset[int] = frozenset()
-    flow_lost: bool = False
-    positioning_lost: bool = False
-
-
 class Sensors:
     """Reads one body in one world; stepped every CONTROL_STEP_S, after the body."""
 
@@ -51,7 +41,7 @@ class Sensors:
     ) -> None:
         parts = rng.spawn(5)
         self.readings = Readings()
-        self.faults = Faults()
+        self.broken = Broken()
         self.estimator = Estimator(PROFILES[profile], parts[0])
         self._positioning = positioning
         self._world = world
@@ -61,7 +51,7 @@ class Sensors:
         self._rng = parts[4]
         self._step = int(self._rng.integers(RANGE_PERIOD_STEPS))
         self._measure_at = 0
-        self._pending: tuple[int, ...] | None = None
+        self._pending: Ranges | None = None
         self._height_due_s = 0.0
         self._quality = 0.0
 
@@ -72,8 +62,9 @@ class Sensors:
         self._quality = self._flow_quality(body)
         flying = bool(self.readings.supervisor_info & INFO_FLYING)
         self.estimator.holds_yaw = flying or self._positioning.deck_holds_yaw
+        self.estimator.runaway_mps2 = self.broken.runaway_mps2
         self.estimator.step(body, height_m, self._quality)
-        lost = self.faults.positioning_lost
+        lost = self.broken.positioning
         self._positioning.step(body, self.estimator, self.readings, lost)
         self._write_estimate()
         self._write_inertial(body)
@@ -85,12 +76,9 @@ class Sensors:
         phase = self._step % RANGE_PERIOD_STEPS
         self._step += 1
         if phase == 0:
-            if self._pending is not None and not self.faults.ranges_frozen:
-                front, back, left, right, up = (
-                    RANGE_NONE_MM if beam in self.faults.dead_beams else range_mm
-                    for beam, range_mm in enumerate(self._pending)
-                )
-                self.readings.range_mm = (front, back, left, right, up)
+            if self._pending is not None:
+                before = self.readings.range_mm
+                self.readings.range_mm = spoil(self._pending, before, self.broken, self._rng)
             first, last = RANGE_AGE_STEPS
             self._measure_at = RANGE_PERIOD_STEPS - int(self._rng.integers(first, last + 1))
         elif phase == self._measure_at:
@@ -101,14 +89,19 @@ class Sensors:
         if self._height_due_s > 0.0:
             return None
         self._height_due_s += HEIGHT_PERIOD_S
-        slant_m = self._height.measure_m(body)
-        self.readings.zrange_mm = RANGE_NONE_MM if slant_m is None else round(1000.0 * slant_m)
-        if slant_m is None:
+        self.estimator.height_lost = self.broken.height
+        if self.broken.height:
             return None
+        slant_m = self._height.measure_m(body)
+        if slant_m is None:
+            self.readings.zrange_mm = RANGE_NONE_MM
+            return None
+        slant_m = max(0.0, slant_m - self.broken.step_m)
+        self.readings.zrange_mm = round(1000.0 * slant_m)
         return slant_m * math.cos(body.roll_rad) * math.cos(body.pitch_rad)
 
     def _flow_quality(self, body: Vehicle) -> float:
-        if self.faults.flow_lost or body.tumbled:
+        if self.broken.flow or body.tumbled:
             return 0.0
         return self._world.floor_quality(body.x_m, body.y_m)
 

@@ -4,6 +4,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
+from typing import Final
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,30 +16,32 @@ class TroubleSpec:
     reorder: float = 0.0
 
 
+NO_TROUBLE: Final = TroubleSpec()
+
+
 class Trouble:
     """One direction of one client's way."""
 
     def __init__(self, spec: TroubleSpec, random: Random) -> None:
         self.lost = 0
-        self._spec = spec
         self._random = random
         self._held: bytes | None = None
-        self._none = spec == TroubleSpec()
+        self.spec = spec
 
     def carry(self, datagram: bytes) -> Iterator[bytes]:
         """What arrives when this datagram is sent, in order."""
-        if self._none:
+        if self.spec == NO_TROUBLE and self._held is None:
             yield datagram
             return
-        if self._random.random() < self._spec.loss:
+        if self._random.random() < self.spec.loss:
             self.lost += 1
             return
-        if self._held is None and self._random.random() < self._spec.reorder:
+        if self._held is None and self._random.random() < self.spec.reorder:
             self._held = datagram
             return
         yield datagram
         if self._held is not None:
             held, self._held = self._held, None
             yield held
-        if self._random.random() < self._spec.duplication:
+        if self._random.random() < self.spec.duplication:
             yield datagram

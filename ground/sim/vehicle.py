@@ -56,6 +56,7 @@ class Vehicle:
         self.floor_m = 0.0
         self.on_floor = True
         self.tumbled = False
+        self.held = False
         noise = Noise(rng)
         self._gust_x = Wander(noise, GUST_XY_MPS2, GUST_TAU_S, CONTROL_STEP_S)
         self._gust_y = Wander(noise, GUST_XY_MPS2, GUST_TAU_S, CONTROL_STEP_S)
@@ -63,6 +64,8 @@ class Vehicle:
 
     def step(self, command: Command, yaw_error_rad: float, battery_v: float) -> None:
         """Follow the command; yaw_error_rad is how far yaw, as estimated, is behind it."""
+        if self.held:
+            return
         before = self.vx_mps, self.vy_mps, self.vz_mps
         fade = min(1.0, battery_v / FULL_FORCE_V) ** 2
         wanted_n = min(command.thrust / THRUST_MAX, fade) * FORCE_MAX_N
@@ -88,6 +91,21 @@ class Vehicle:
     def tumble(self) -> None:
         """Lose control for good: it turns over, falls and lies on its back."""
         self.tumbled = True
+
+    def hold(self, x_m: float, y_m: float, z_m: float) -> None:
+        """A hand takes it, and holds it level at a place."""
+        self.held, self.on_floor = True, False
+        self.x_m, self.y_m, self.z_m = x_m, y_m, z_m
+        self.vx_mps = self.vy_mps = self.vz_mps = 0.0
+        self.ax_mps2 = self.ay_mps2 = self.az_mps2 = 0.0
+        self.roll_rad = self.pitch_rad = 0.0
+        self.roll_rps = self.pitch_rps = self.yaw_rps = 0.0
+
+    def let_go(self, z_m: float) -> None:
+        """The hand opens at this height."""
+        self.held = False
+        self.z_m = z_m
+        self.on_floor = z_m <= self.floor_m
 
     def _rests(self) -> bool:
         """Too heavy to lift and too slow to slide; then it stands still."""

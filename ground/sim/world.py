@@ -5,7 +5,7 @@ World frame: as the file has it. Map frame: origin and x axis are the start pose
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -59,16 +59,34 @@ class World:
     """One world; not shared between plants, since its obstacles move with its time."""
 
     def __init__(self, spec: WorldSpec) -> None:
-        self.spec = spec
         self.footprints = Footprints(spec.obstacles)
+        self._furnish(spec)
+        self._cos_start = math.cos(spec.start_yaw_rad)
+        self._sin_start = math.sin(spec.start_yaw_rad)
+        self.set_time(0.0)
+
+    def _furnish(self, spec: WorldSpec) -> None:
+        self.spec = spec
         self._model, self._mocap_of_row = _build(spec.obstacles)
         self._data = mujoco.MjData(self._model)
         self._reflectivity = np.full(self._model.ngeom, FLOOR_REFLECTIVITY)
         for row, obstacle in enumerate(spec.obstacles):
             self._reflectivity[self._model.geom(str(row)).id] = obstacle.reflectivity
-        self._cos_start = math.cos(spec.start_yaw_rad)
-        self._sin_start = math.sin(spec.start_yaw_rad)
-        self.set_time(0.0)
+        mujoco.mj_kinematics(self._model, self._data)
+
+    def put(self, added: tuple[Obstacle, ...]) -> None:
+        """Let more stand there from now on, after all others."""
+        self._refurnish((*self.spec.obstacles, *added))
+
+    def take_away(self, gone: tuple[Obstacle, ...], time_s: float) -> None:
+        """Undo what put() did with these."""
+        self._refurnish(
+            tuple(replace(o, vanishes_s=time_s) if o in gone else o for o in self.spec.obstacles)
+        )
+
+    def _refurnish(self, obstacles: tuple[Obstacle, ...]) -> None:
+        self.footprints = Footprints(obstacles, self.footprints)
+        self._furnish(replace(self.spec, obstacles=obstacles))
 
     def set_time(self, time_s: float, drone_m: Point | None = None) -> None:
         """Move what moves; what is absent is parked far below the floor."""

@@ -172,13 +172,13 @@ def test_the_start_pose_is_the_origin_of_the_estimate(tmp_path: Path) -> None:
 
 def test_lost_flow_shows_and_lets_it_drift_away(tmp_path: Path) -> None:
     plant = hovering(world_from(tmp_path, OPEN_FLOOR), profile="real")
-    plant.faults.flow_lost = True
+    plant.broken.flow = True
     before = plant.truth.position_m
     fly(plant, hover(), 15.0)
     assert math.dist(before[:2], plant.truth.position_m[:2]) > 0.5
     assert plant.readings.var_position_m2[0] > 0.1
     assert plant.readings.motion_quality == 0
-    plant.faults.flow_lost = False
+    plant.broken.flow = False
     fly(plant, hover(), 3.0)
     assert plant.readings.var_position_m2[0] < 0.001
     assert math.hypot(*plant.truth.velocity_mps) < 0.2
@@ -186,16 +186,16 @@ def test_lost_flow_shows_and_lets_it_drift_away(tmp_path: Path) -> None:
 
 def test_frozen_ranges_do_not_change(tmp_path: Path) -> None:
     plant = hovering(wall_at(tmp_path, 1.5))
-    plant.faults.ranges_frozen = True
+    plant.broken.frozen_beams.update(range(5))
     frozen = plant.readings.range_mm
     assert all(now.readings.range_mm == frozen for now in steps(plant, hover(), 2.0))
-    plant.faults.ranges_frozen = False
+    plant.broken.frozen_beams.clear()
     assert any(now.readings.range_mm != frozen for now in steps(plant, hover(), 1.0))
 
 
 def test_a_dead_beam_reports_none_and_the_others_go_on(tmp_path: Path) -> None:
     plant = hovering(load_world("empty"))
-    plant.faults.dead_beams = frozenset({BACK})
+    plant.broken.dead_beams.add(BACK)
     fly(plant, hover(), 0.2)
     seen = [now.readings.range_mm for now in steps(plant, hover(), 2.0)]
     assert all(ranges[BACK] == RANGE_NONE_MM for ranges in seen)

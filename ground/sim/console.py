@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lines typed at a running simulator: faults begin and end by hand."""
+
+import os
+import select
+from collections.abc import Iterator
+
+from ground.sim.faults import Faults
+from ground.sim.faulttable import FAULTS
+
+HELP = "fault NAME[:SECONDS], end NAME, faults"
+_CHUNK_BYTES = 4096
+
+
+class Lines:
+    """Whole lines from a file descriptor, never waiting for one."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor: int | None = descriptor
+        self._rest = b""
+
+    def take(self) -> Iterator[str]:
+        """What has come since the last call."""
+        while self._descriptor is not None and self._readable(self._descriptor):
+            chunk = os.read(self._descriptor, _CHUNK_BYTES)
+            if not chunk:
+                self._descriptor = None
+            *lines, self._rest = (self._rest + chunk).split(b"\n")
+            yield from (line.decode(errors="replace").strip() for line in lines)
+
+    @staticmethod
+    def _readable(descriptor: int) -> bool:
+        """There is something, and this process may have it: a terminal is its own only in front."""
+        try:
+            if os.isatty(descriptor) and os.tcgetpgrp(descriptor) != os.getpgrp():
+                return False
+            return bool(select.select((descriptor,), (), (), 0.0)[0])
+        except OSError:
+            return False
+
+
+def obey(line: str, faults: Faults) -> str:
+    """Do what the line says; the answer."""
+    word, _, rest = line.partition(" ")
+    name, colon, seconds = rest.strip().partition(":")
+    try:
+        match word:
+            case "":
+                return ""
+            case "faults":
+                return "\n".join(f"{name:18} {fault.what}" for name, fault in FAULTS.items())
+            case "fault":
+                faults.begin(name, float(seconds) if colon else None)
+                return f"{name}: begun"
+            case "end":
+                return f"{name}: over" if faults.end(name) else f"{name}: not there"
+    except ValueError as error:
+        return str(error)
+    return f"{word}? There are: {HELP}"

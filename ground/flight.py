@@ -47,7 +47,7 @@ class Outcome:
     place: Point | None = None
 
 
-class _Watch:
+class Watch:
     """Judges one message after the other; `since_ms` is the drone's clock at the command."""
 
     def __init__(self, cmd: MissionCmd, goal: Point | None, since_ms: int) -> None:
@@ -60,6 +60,7 @@ class _Watch:
         self._resting_since_ms = 0
 
     def judge(self, message: Incoming) -> Outcome | None:
+        """How it has ended, once that is known. Raises LinkLost."""
         match message:
             case Event() if not _earlier(message.drone_ms, self._since_ms):
                 return self._judge_event(message)
@@ -127,7 +128,7 @@ class _Watch:
 
 async def fly(station: Station, cmd: MissionCmd, goal: Point | None = None) -> Outcome:
     """Command and wait until it is done, refused or has failed. Raises LinkLost, NoAnswer."""
-    watch = _Watch(cmd, goal, station.picture.drone_ms)
+    watch = Watch(cmd, goal, station.picture.drone_ms)
     with station.listen() as listener:
         try:
             await station.command(cmd, goal)

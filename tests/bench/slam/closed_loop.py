@@ -17,10 +17,10 @@ from ground.demo import map_error_m
 from ground.map import GroundMap
 from ground.model import Point
 from ground.sim.footprints import Array
+from ground.sim.pilot import Pilot
 from ground.sim.runtime import Options
 from ground.sim.world import load_world
 from tests.bench.slam.goals import goals
-from tests.bench.slam.pilot import Pilot
 
 THERE_M: Final = 0.3
 """A goal is truly reached when the drone is so near to it."""
@@ -101,7 +101,7 @@ def fly_closed(plan: Plan) -> Flown:
     endurance_s = 90 * plan.minutes + 120  # more than a real cell has
     options = Options(plan.seed, plan.profile, endurance_s, keep_trail=True)
     pilot = Pilot(load_world(plan.world), options)
-    pilot.set_byte("way.slam", plan.slam)
+    pilot.set_parameter("way.slam", plan.slam)
     legs: list[Leg] = []
     wanted = goals(load_world(plan.world), plan.seed)
     reason = pilot.take_off()

@@ -10,14 +10,14 @@ import struct
 from collections.abc import Callable
 from typing import Any, Final
 
-from ground.core import EventCode, MissionCmd, MissionReason, MissionState
+from ground.core import MissionCmd, MissionReason
 from ground.errors import NoAnswer
+from ground.flight import Outcome, Watch
 from ground.logblocks import LogBlock, log_blocks
 from ground.model import (
     Ack,
     AppRequest,
     Command,
-    Event,
     Heartbeat,
     HelloRequest,
     Incoming,
@@ -32,18 +32,20 @@ from ground.sim.world import World
 from ground.wire import SEQUENCES, decode_message, encode_request
 from ground.words import REASON_WORDS
 
+TIME_IS_UP: Final = "the time was up"
 _CLIENT: Final = ("client", 1)
 _APP: Final = (Port.PLATFORM, 2)
-_LOG_CONTROL, _LOG_DATA, _PARAM_WRITE = 1, 2, 2
+_LOG_CONTROL, _LOG_DATA, _PARAM_READ, _PARAM_WRITE = 1, 2, 1, 2
 _CREATE_BLOCK, _START_BLOCK = 6, 3
-_TYPES: Final = {"uint8_t": (1, "B"), "uint16_t": (2, "H"), "uint32_t": (3, "I"),
-                 "float": (7, "f"), "FP16": (8, "e")}  # fmt: skip
+_LOG_TYPES: Final = {"uint8_t": (1, "B"), "uint16_t": (2, "H"), "uint32_t": (3, "I"),
+                     "float": (7, "f"), "FP16": (8, "e")}  # fmt: skip
+_PARAM_LAYOUTS: Final = {0x6: "<f", 0x8: "<B", 0x9: "<H", 0xA: "<I"}
+_TYPE_MASK: Final = 0x0F
 _MAP_PERIOD_MS: Final = 30
 _BEAT_EVERY_STEPS: Final = 25
-_ANSWER_S: Final = 2.0
+_REPEAT_S: Final = 0.2
+_REPEATS: Final = 10
 _LIMIT_S: Final = 120.0
-_RESTING_S: Final = 5.0
-_RESTING: Final = (MissionState.IDLE, MissionState.HOVER, MissionState.FAULT)
 
 
 class _Stream:
@@ -51,13 +53,15 @@ class _Stream:
 
     def __init__(self, block: LogBlock, numbers: dict[str, int]) -> None:
         self._block = block
-        self._values = struct.Struct("<" + "".join(_TYPES[kind][1] for _, kind in block.variables))
+        layout = "".join(_LOG_TYPES[kind][1] for _, kind in block.variables)
+        self._values = struct.Struct("<" + layout)
         self.request = b"".join(
-            struct.pack("<BH", _TYPES[kind][0], numbers[name]) for name, kind in block.variables
+            struct.pack("<BH", _LOG_TYPES[kind][0], numbers[name]) for name, kind in block.variables
         )
         self.period = block.period_ms // 10
 
     def message(self, data: bytes) -> Incoming | None:
+        """What one packet says."""
         names = (name for name, _ in self._block.variables)
         values = dict(zip(names, self._values.unpack(data[4:]), strict=True))
         return self._block.decode(int.from_bytes(data[1:4], "little"), values)
@@ -74,22 +78,31 @@ class Pilot:
         self._simulator = Simulator(world, options, self._firmware)
         self._streams: list[_Stream] = []
         self._ack: Ack | None = None
-        self._end: Event | None = None
-        self._moving_s = 0.0
+        self._watch: Watch | None = None
+        self._outcome: Outcome | None = None
         self._steps = self._sequence = 0
         self._simulator.warm_up()
-        self._say(HelloRequest())
         self._ask_for_logs()
+        self._say(HelloRequest())
+        self._read_parameters()
 
     @property
     def time_s(self) -> float:
         """Simulated time."""
         return self._simulator.time_s
 
-    def set_byte(self, name: str, value: int) -> None:
-        """Write a parameter of one byte."""
-        number = _numbers(self._firmware.param_entries())[name]
-        self._deliver(Port.PARAM, _PARAM_WRITE, struct.pack("<HB", number, value))
+    def set_parameter(self, name: str, value: float) -> None:
+        """Write a parameter, until it has come through."""
+        entries = self._firmware.param_entries()
+        number = _numbers(entries)[name]
+        layout = _PARAM_LAYOUTS[entries[number].type & _TYPE_MASK]
+        data = struct.pack(layout, value if layout == "<f" else int(value))
+        for _ in range(_REPEATS):
+            self._deliver(Port.PARAM, _PARAM_WRITE, struct.pack("<H", number) + data)
+            self._step()
+            if self._firmware.param_read(number) == data:
+                return
+        raise NoAnswer(f"parameter {name} was not taken")
 
     def truth(self) -> dict[str, Any]:
         """The simulator's figures of the flight."""
@@ -97,24 +110,31 @@ class Pilot:
 
     def take_off(self) -> MissionReason:
         """As soon as the position estimate has settled; until it hovers."""
-        while (reason := self._command(MissionCmd.TAKE_OFF)) is MissionReason.ESTIMATOR:
-            self._step()
-        if reason is MissionReason.OK:
-            self._step_until(lambda: self.picture.state is MissionState.HOVER)
-        return reason
+        return self.fly(MissionCmd.TAKE_OFF).reason
 
     def go_to(self, goal: Point) -> tuple[bool, MissionReason, str]:
         """Arrived by its own account? why not? in words"""
-        self._end, self._moving_s = None, self.time_s
-        reason = self._command(MissionCmd.GOTO, goal)
-        if reason is not MissionReason.OK:
-            return False, reason, REASON_WORDS[reason]
-        self._step_until(self._ended)
-        if self._end is None:
-            return False, MissionReason.STUCK, "it did not arrive, and did not say why"
-        if self._end.code is EventCode.ARRIVED:
-            return True, MissionReason.OK, "arrived"
-        return False, self._end.reason, REASON_WORDS[self._end.reason]
+        outcome = self.fly(MissionCmd.GOTO, goal)
+        return outcome.reached, outcome.reason, outcome.sentence
+
+    def fly(self, cmd: MissionCmd, goal: Point | None = None, limit_s: float = _LIMIT_S) -> Outcome:
+        """Command, as soon as the position estimate has settled, and see it through."""
+        end_s = self.time_s + limit_s
+        while True:
+            watch = self._watch = Watch(cmd, goal, self.picture.drone_ms)
+            self._outcome = None
+            reason = self._command(cmd, goal)
+            settled = self.picture.state.airborne or reason is not MissionReason.ESTIMATOR
+            if settled or self.time_s >= end_s:
+                break
+            self._step()
+        watch.acknowledged_ms = self.picture.drone_ms
+        if reason is MissionReason.OK:
+            self._step_until(lambda: self._outcome is not None, end_s - self.time_s)
+        else:
+            self._outcome = Outcome(False, REASON_WORDS[reason], reason)
+        self._watch = None
+        return self._outcome or Outcome(False, TIME_IS_UP)
 
     def land(self) -> None:
         """And stay there until the map has come down."""
@@ -127,17 +147,15 @@ class Pilot:
         self._step_until(lambda: False, seconds)
 
     def _command(self, cmd: MissionCmd, goal: Point | None = None) -> MissionReason:
+        """Say it until it is acknowledged."""
         self._sequence = (self._sequence + 1) % SEQUENCES
-        self._say(Command(self._sequence, cmd, goal or Point(0.0, 0.0)))
         self._ack = None
-        self._step_until(lambda: self._ack is not None, _ANSWER_S)
-        if self._ack is None:
-            raise NoAnswer("the drone does not answer: has its app stopped?")
-        return self._ack.reason
-
-    def _ended(self) -> bool:
-        """It has said so, or it rests without a word."""
-        return self._end is not None or self.time_s - self._moving_s > _RESTING_S
+        for _ in range(_REPEATS):
+            self._say(Command(self._sequence, cmd, goal or Point(0.0, 0.0)))
+            self._step_until(lambda: self._ack is not None, _REPEAT_S)
+            if self._ack is not None:
+                return self._ack.reason
+        raise NoAnswer("the drone does not answer: has its app stopped?")
 
     def _step_until(self, done: Callable[[], bool], limit_s: float = _LIMIT_S) -> None:
         end_s = self.time_s + limit_s
@@ -157,20 +175,23 @@ class Pilot:
                 self._hear(message)
         self._steps += 1
         if self._steps % _BEAT_EVERY_STEPS == 0:
-            self._say(Heartbeat(self._steps % SEQUENCES))
+            self._beat()
 
     def _hear(self, message: Incoming) -> None:
         self.picture.take(message, self.time_s)
+        if self._watch is not None and self._outcome is None:
+            self._outcome = self._watch.judge(message)
         match message:
             case Ack() if message.sequence == self._sequence:
                 self._ack = message
-            case Event(code=EventCode.ARRIVED | EventCode.REFUSED | EventCode.FAULT):
-                self._end = message
-            case Telemetry(drone_ms, pose, _, state):
-                if state not in _RESTING:
-                    self._moving_s = self.time_s
-                if state.airborne:
-                    self.believed.append((drone_ms / 1000, pose.x_m, pose.y_m))
+            case Telemetry(drone_ms, pose, _, state) if state.airborne:
+                self.believed.append((drone_ms / 1000, pose.x_m, pose.y_m))
+
+    def _beat(self) -> None:
+        self._say(Heartbeat(self._steps % SEQUENCES))
+        hello = self.picture.hello
+        if hello is None or hello.epoch != self.picture.map.epoch:
+            self._say(HelloRequest())
 
     def _ask_for_logs(self) -> None:
         """The first two blocks of a ground station: its state and the map."""
@@ -182,6 +203,11 @@ class Pilot:
             self._deliver(Port.LOG, _LOG_CONTROL, asked)
             started = bytes((_START_BLOCK, number, stream.period))
             self._deliver(Port.LOG, _LOG_CONTROL, started)
+
+    def _read_parameters(self) -> None:
+        """As clients do when they connect; only from then on packets get lost."""
+        for number in range(len(self._firmware.param_entries())):
+            self._deliver(Port.PARAM, _PARAM_READ, struct.pack("<H", number))
 
     def _say(self, request: AppRequest) -> None:
         self._deliver(*_APP, encode_request(request))

@@ -17,11 +17,11 @@ from rich.logging import RichHandler
 from ground import __version__
 from ground.checks import Files
 from ground.cli_bench import bench_app
-from ground.cli_parts import JsonFile, err, fail, out
+from ground.cli_campaign import campaign
+from ground.cli_parts import EXIT_INTERRUPTED, JsonFile, err, fail, out
 from ground.errors import GroundError
 
 SIMULATOR_URI = "udp://127.0.0.1:19850"
-EXIT_INTERRUPTED = 130
 
 app = typer.Typer(
     name="wayflie",
@@ -35,6 +35,7 @@ app = typer.Typer(
 map_app = typer.Typer(help="The map that the drone has made.", no_args_is_help=True)
 app.add_typer(map_app, name="map")
 app.add_typer(bench_app, name="bench")
+app.command()(campaign)
 
 Uri = Annotated[
     str,

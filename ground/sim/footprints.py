@@ -124,13 +124,25 @@ class Footprints:
 
     def surface_distance_m(self, points_m: Array, height_m: float) -> Array:
         """Distance of each point (N x 2) to the nearest outline that exists at that height."""
-        rows = np.flatnonzero(self.present & (self.bottom_m < height_m) & (height_m < self.top_m))
+        rows = self.present & (self.bottom_m < height_m) & (height_m < self.top_m)
         nearest = np.full(len(points_m), np.inf)
-        for i in rows:
-            dx, dy = (points_m - self.center_m[i]).T
-            u = np.abs(self._cos[i] * dx + self._sin[i] * dy) - self._half_m[i, 0]
-            v = np.abs(self._cos[i] * dy - self._sin[i] * dx) - self._half_m[i, 1]
-            outside = np.hypot(np.maximum(u, 0.0), np.maximum(v, 0.0))
-            signed = outside + np.minimum(np.maximum(u, v), 0.0) - self._radius_m[i]
-            np.minimum(nearest, np.abs(signed), out=nearest)
+        for row in np.flatnonzero(rows):
+            np.minimum(nearest, np.abs(self._signed_to(row, points_m)), out=nearest)
         return nearest
+
+    def gap_m(self, points_m: Array, low_m: float, high_m: float) -> Array:
+        """Distance of each point (N x 2) to what stands between two heights, negative inside."""
+        rows = self.present & (self.bottom_m < high_m) & (low_m < self.top_m)
+        nearest = np.full(len(points_m), np.inf)
+        for row in np.flatnonzero(rows):
+            np.minimum(nearest, self._signed_to(row, points_m), out=nearest)
+        return nearest
+
+    def _signed_to(self, row: np.intp, points_m: Array) -> Array:
+        """Distance of each point to one outline, negative inside."""
+        dx, dy = (points_m - self.center_m[row]).T
+        u = np.abs(self._cos[row] * dx + self._sin[row] * dy) - self._half_m[row, 0]
+        v = np.abs(self._cos[row] * dy - self._sin[row] * dx) - self._half_m[row, 1]
+        outside = np.hypot(np.maximum(u, 0.0), np.maximum(v, 0.0))
+        signed: Array = outside + np.minimum(np.maximum(u, v), 0.0) - self._radius_m[row]
+        return signed

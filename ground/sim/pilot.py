@@ -137,9 +137,12 @@ class Pilot:
         return self._outcome or Outcome(False, TIME_IS_UP)
 
     def land(self) -> None:
-        """And stay there until the map has come down."""
+        """If it flies."""
         if self._command(MissionCmd.LAND) is MissionReason.OK:
             self._step_until(lambda: not self.picture.state.airborne)
+
+    def fetch_map(self) -> None:
+        """Wait until the whole map has come down."""
         self._step_until(lambda: self.picture.map.completeness == 1)
 
     def rest(self, seconds: float) -> None:

@@ -113,6 +113,7 @@ def fly_closed(plan: Plan) -> Flown:
         if not arrived:
             pilot.rest(_PAUSE_S)
     pilot.land()
+    pilot.fetch_map()
     return _judge(plan, tuple(legs), pilot)
 
 

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`wayflie campaign ...`: many simulated flights, judged by the truth."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ground.cli_parts import EXIT_INTERRUPTED, JsonFile, fail, out
+from ground.errors import GroundError
+
+KINDS = ("goto",)
+
+
+def campaign(
+    kind: Annotated[str, typer.Option(help="What to fly: " + ", ".join(KINDS) + ".")] = "goto",
+    missions: Annotated[int, typer.Option(min=1, help="So many.")] = 100,
+    seed: Annotated[int, typer.Option(min=0, help="Same seed, same missions.")] = 1,
+    only: Annotated[
+        int | None, typer.Option(min=0, help="Fly only mission N of these again, and tell all.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes; as many as processors if not given.")
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(help="Instead: the address of a dask.distributed scheduler.", metavar="ADDR"),
+    ] = None,
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            dir_okay=False,
+            help="A CSV file that gets a row as each mission ends; what is in it is not flown "
+            "again, so that the same command goes on after an interruption.",
+        ),
+    ] = None,
+    json_file: JsonFile = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the results, or the one flight, into this file.")
+    ] = None,
+    world: Annotated[
+        Path | None,
+        typer.Option(help="Write the world of --only as TOML, for `wayflie sim --world FILE`."),
+    ] = None,
+    profile: Annotated[
+        str, typer.Option(help="Odometry drifts: real, low, hard, perfect.")
+    ] = "real",
+    loss: Annotated[
+        float, typer.Option(min=0.0, max=0.5, help="Share of the packets lost, each way.")
+    ] = 0.02,
+) -> None:
+    """Fly many seeded missions through worlds drawn at random; judge them by the truth.
+
+    Exit 0 only if all limits are kept. Ctrl-C leaves what has ended in the --resume file.
+    """
+    if kind not in KINDS:
+        fail(f"--kind knows {', '.join(KINDS)}, not {kind}")
+    from ground.sim.campaign.command import Wanted, replay, run_campaign
+
+    wanted = Wanted(
+        kind, missions, seed, profile, loss, workers or os.cpu_count() or 1, dask, resume,
+        json_file, plot,
+    )  # fmt: skip
+    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+    try:
+        well = replay(wanted, only, world, out) if only is not None else run_campaign(wanted, out)
+    except GroundError as error:
+        fail(str(error))
+    except KeyboardInterrupt:
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    if not well:
+        raise typer.Exit(1)

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`wayflie campaign`: run it with a progress bar, print a table, write what was asked for."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from ground.checks import Check, write_report
+from ground.sim.campaign.drawing import draw_flight, draw_results
+from ground.sim.campaign.figures import checks, figures
+from ground.sim.campaign.flights import Mission, fly
+from ground.sim.campaign.rows import Row, RowFile
+from ground.sim.campaign.runner import cluster, fly_all, left_to_fly, processes
+from ground.sim.worldtext import world_text
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What to fly, and where to put what comes of it."""
+
+    kind: str
+    missions: int
+    seed: int
+    profile: str
+    loss: float
+    workers: int
+    dask: str | None
+    rows: Path | None
+    report: Path | None
+    plot: Path | None
+
+    def all_missions(self) -> list[Mission]:
+        """In order."""
+        return [self.mission(number) for number in range(self.missions)]
+
+    def mission(self, number: int) -> Mission:
+        """One of them."""
+        return Mission(self.kind, self.seed, number, self.profile, self.loss)
+
+
+def run_campaign(wanted: Wanted, out: Console) -> bool:
+    """Fly what is not flown yet. @return all checks hold"""
+    file = RowFile(wanted.rows) if wanted.rows else None
+    done = file.read() if file else []
+    waiting = left_to_fly(wanted.all_missions(), done)
+    if done:
+        out.print(f"{len(done)} missions are in {wanted.rows} already")
+    flown = _fly(wanted, waiting, file, done, out) if waiting else []
+    rows = sorted([*done, *flown], key=lambda row: row.number)
+    found = figures(rows)
+    held = checks(wanted.kind, found, wanted.missions)
+    _print(found, held, wanted, out)
+    if wanted.report is not None:
+        write_report(wanted.report, {"kind": wanted.kind, "seed": wanted.seed, **found}, held)
+    if wanted.plot is not None:
+        draw_results(rows, wanted.plot)
+    return all(check.ok for check in held)
+
+
+def replay(wanted: Wanted, number: int, world: Path | None, out: Console) -> bool:
+    """Fly one mission again; leave its world and a drawing, if wanted. @return it went well"""
+    flight = fly(wanted.mission(number))
+    for name, value in _told(flight.row):
+        out.print(f"  {name:12} [bold]{value}[/]")
+    for x_m, y_m in flight.contacts_m:
+        out.print(f"  touched something at {x_m:.2f} {y_m:.2f}")
+    if world is not None:
+        world.write_text(world_text(flight.spec), encoding="utf-8")
+    if wanted.plot is not None:
+        draw_flight(flight, wanted.plot)
+    return flight.row.ok
+
+
+def _fly(
+    wanted: Wanted, waiting: list[Mission], file: RowFile | None, done: list[Row], out: Console
+) -> list[Row]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
+    failed = sum(not row.ok for row in done)
+    with Progress(*columns, console=out) as progress, _executor(wanted) as executor:
+        bar = progress.add_task(_headline(failed), total=wanted.missions, completed=len(done))
+
+        def tell(row: Row) -> None:
+            nonlocal failed
+            failed += not row.ok
+            progress.update(bar, advance=1, description=_headline(failed))
+            if not row.ok:
+                progress.print(
+                    f"  {row.number:4}  {row.style} {row.task}: {row.cause}; {row.reason}"
+                )
+
+        return fly_all(waiting, executor, file, tell)
+
+
+def _executor(wanted: Wanted) -> AbstractContextManager[Executor]:
+    return cluster(wanted.dask) if wanted.dask else processes(wanted.workers)
+
+
+def _headline(failed: int) -> str:
+    return f"{failed} failed" if failed else "flying"
+
+
+def _told(row: Row) -> list[tuple[str, Any]]:
+    pairs = ((name, getattr(row, name)) for name in Row.__dataclass_fields__)
+    return [(name, value) for name, value in pairs if value not in (None, "")]
+
+
+def _print(found: dict[str, Any], held: list[Check], wanted: Wanted, out: Console) -> None:
+    failed = {check.name: check for check in held if not check.ok}
+    for name, value in found.items():
+        if name == "failures" or value is None:
+            continue
+        limit = f"  must be {failed[name].sense} {failed[name].limit}" if name in failed else ""
+        out.print(f"  {name:30} [{'red' if limit else 'bold'}]{value}[/]{limit}")
+    if found["failures"]:
+        replay_by = f"wayflie campaign --kind {wanted.kind} --seed {wanted.seed} --only N"
+        out.print(f"  fly one again with `{replay_by}`")

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a campaign shows: figures over its rows, and the limits that they must keep."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from ground.checks import Check
+from ground.sim.campaign.rows import Row
+
+NEAR_M: Final = 0.3
+_FAILURES_NAMED: Final = 200
+
+
+def figures(rows: Sequence[Row]) -> dict[str, Any]:
+    """Of one campaign; None where nothing was measured."""
+    reachable = [row for row in rows if row.task == "reachable"]
+    impossible = [row for row in rows if row.task not in ("reachable", "")]
+    arrived = [row for row in reachable if row.outcome == "arrived"]
+    return {
+        "missions": len(rows),
+        "ok_fraction": _share(row.ok for row in rows),
+        "collisions": sum(row.collisions for row in rows),
+        "touches": sum(row.touches for row in rows),
+        "reachable": len(reachable),
+        "reached_fraction": _share(
+            row.outcome == "arrived" and row.cause != "arrived elsewhere" for row in reachable
+        ),
+        "miss_m_median": _median(row.miss_m for row in arrived),
+        "within_0_3_m_fraction": _share((row.miss_m or 0.0) <= NEAR_M for row in arrived),
+        "length_ratio_median": _median(
+            row.flown_m / row.shortest_m for row in arrived if row.flown_m and row.shortest_m
+        ),
+        "unreachable": len(impossible),
+        "unreachable_reported_fraction": _share(
+            row.cause in ("", "collision") and row.outcome == "refused" for row in impossible
+        ),
+        "covered_fraction_median": _median(row.covered for row in rows),
+        "complete_claims_false": _count_false_claims(rows),
+        "task_s_median": _median(row.task_s for row in rows),
+        "sim_s": round(sum(row.sim_s for row in rows), 1),
+        "realtime_factor": _factor(rows),
+        "causes": dict(Counter(row.cause for row in rows if row.cause).most_common()),
+        "failures": [
+            {"number": row.number, "style": row.style, "task": row.task, "cause": row.cause,
+             "reason": row.reason}
+            for row in rows if not row.ok
+        ][:_FAILURES_NAMED],
+    }  # fmt: skip
+
+
+def checks(kind: str, found: dict[str, Any], wanted: int) -> list[Check]:
+    """What must hold of this kind of campaign."""
+    common = [
+        Check("missions", found["missions"], wanted, "=="),
+        Check("collisions", found["collisions"], 0, "=="),
+    ]
+    return [*common, *_CHECKS[kind](found)]
+
+
+def _goto(found: dict[str, Any]) -> list[Check]:
+    return [
+        Check("reached_fraction", found["reached_fraction"], 0.99, ">="),
+        Check("length_ratio_median", found["length_ratio_median"], 1.25, "<="),
+        Check("unreachable_reported_fraction", found["unreachable_reported_fraction"], 1.0, "=="),
+    ]
+
+
+_CHECKS: Final = {"goto": _goto}
+
+
+def _share(values: Iterable[bool]) -> float | None:
+    given = list(values)
+    return round(sum(given) / len(given), 4) if given else None
+
+
+def _median(values: Iterable[float | None]) -> float | None:
+    given = [value for value in values if value is not None]
+    return round(float(np.median(given)), 3) if given else None
+
+
+def _count_false_claims(rows: Sequence[Row], complete: float = 0.95) -> int | None:
+    claims = [row for row in rows if row.claimed and row.covered is not None]
+    asked = any(row.claimed is not None for row in rows)
+    return sum((row.covered or 0.0) < complete for row in claims) if asked else None
+
+
+def _factor(rows: Sequence[Row]) -> float | None:
+    """Simulated seconds per second of one process."""
+    wall_s = sum(row.wall_s for row in rows)
+    return round(sum(row.sim_s for row in rows) / wall_s, 1) if wall_s else None

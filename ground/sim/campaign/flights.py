@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fly one mission of a campaign from its numbers alone, and judge it by the truth."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any, Final
+
+import numpy as np
+
+from ground.flight import Outcome
+from ground.model import Point
+from ground.sim.campaign.rows import Row
+from ground.sim.footprints import Array
+from ground.sim.pilot import TIME_IS_UP, Pilot
+from ground.sim.runtime import Options
+from ground.sim.trouble import TroubleSpec
+from ground.sim.world import World
+from ground.sim.worldspec import WorldSpec
+
+LOSS: Final = 0.02
+_IN_THE_AIR_M: Final = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Mission:
+    """Which mission of which campaign; the same numbers, the same flight."""
+
+    kind: str
+    seed: int
+    number: int
+    profile: str = "real"
+    loss: float = LOSS
+
+    def rng(self) -> np.random.Generator:
+        """For all that is drawn of it."""
+        return np.random.default_rng([self.seed, self.number])
+
+    def options(self) -> Options:
+        """How to simulate it."""
+        state = np.random.SeedSequence([self.seed, self.number, 1]).generate_state(1)
+        return Options(
+            seed=int(state[0]),
+            profile=self.profile,
+            trouble=TroubleSpec(loss=self.loss),
+            keep_trail=True,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """A mission that was flown, with all that is needed to draw it."""
+
+    row: Row
+    spec: WorldSpec
+    trail: Array
+    """True poses: s, x, y, z [m], yaw [rad], in the world frame."""
+    goal_m: tuple[float, float] | None = None
+    way_m: tuple[tuple[float, float], ...] = ()
+    contacts_m: tuple[tuple[float, float], ...] = ()
+    """Where the drone was when it touched something."""
+
+
+class Judge:
+    """The truth about a flight that a pilot has made."""
+
+    def __init__(self, pilot: Pilot, world: World) -> None:
+        truth = pilot.truth()
+        self._world = world
+        self.sim_s = float(truth["sim_s"])
+        self.trail: Array = np.array(truth["trail"], float).reshape(-1, 5)
+        self.contacts: list[dict[str, Any]] = truth["collision_log"]
+
+    @property
+    def collisions(self) -> int:
+        """Contacts in which the drone moved into something."""
+        return sum(
+            bool(contact["drone_mps"] >= contact["obstacle_mps"]) for contact in self.contacts
+        )
+
+    def flown_m(self, end_s: float) -> float:
+        """Horizontal way through the air until then."""
+        flying = self.trail[(self.trail[:, 0] <= end_s) & (self.trail[:, 3] > _IN_THE_AIR_M)]
+        return float(np.hypot(*np.diff(flying[:, 1:3], axis=0).T).sum())
+
+    @property
+    def contacts_m(self) -> tuple[tuple[float, float], ...]:
+        """Where the drone was at each contact, world frame."""
+        return tuple(self._place(contact["time_s"]) for contact in self.contacts)
+
+    def miss_m(self, end_s: float, goal: Point) -> float:
+        """Distance to a goal of the map frame at that time."""
+        return math.dist(self._place(end_s), self._world.to_world(goal.x_m, goal.y_m))
+
+    def _place(self, time_s: float) -> tuple[float, float]:
+        x_m, y_m = (np.interp(time_s, self.trail[:, 0], self.trail[:, i]) for i in (1, 2))
+        return float(x_m), float(y_m)
+
+
+def word_for(outcome: Outcome) -> str:
+    """What the drone said, in a word."""
+    if outcome.reached:
+        return "done"
+    return "timeout" if outcome.sentence == TIME_IS_UP else "refused"
+
+
+def kinds() -> Mapping[str, Callable[[Mission], Flight]]:
+    """Who flies each kind of campaign."""
+    from ground.sim.campaign.goto import fly_goto
+
+    return MappingProxyType({"goto": fly_goto})
+
+
+def fly(mission: Mission) -> Flight:
+    """Fly it."""
+    begin_s = time.perf_counter()
+    flight = kinds()[mission.kind](mission)
+    return replace(flight, row=replace(flight.row, wall_s=round(time.perf_counter() - begin_s, 3)))
+
+
+def row_of(mission: Mission) -> Row:
+    """Fly it and keep the row alone; an error of ours is a mission that failed."""
+    try:
+        return fly(mission).row
+    except Exception as error:
+        sentence = f"{type(error).__name__}: {error}"
+        return Row(
+            mission.kind,
+            mission.seed,
+            mission.number,
+            outcome="error",
+            reason=sentence,
+            cause="error",
+        )

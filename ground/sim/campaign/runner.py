@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fly the missions of a campaign with any executor, keep each row as soon as it is there."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from itertools import islice
+from typing import Any, Final
+
+from ground.errors import GroundError
+from ground.sim.campaign.flights import Mission, row_of
+from ground.sim.campaign.rows import BadRows, Row, RowFile
+
+_AHEAD: Final = 64
+"""Missions given to the executor at a time: enough for every worker to have one waiting."""
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Executor]:
+    """Processes on this machine; Ctrl-C is for the one that started them."""
+    pool = ProcessPoolExecutor(
+        workers, multiprocessing.get_context("spawn"), initializer=_leave_interrupts
+    )
+    with pool:
+        yield pool
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[Executor]:
+    """A dask.distributed cluster, whose workers have Wayflie installed."""
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise GroundError(
+            f"--dask needs dask.distributed ({error}): pip install 'wayflie[bench]'"
+        ) from error
+    connect: Any = Client
+    with connect(address) as client, client.get_executor(pure=False) as executor:
+        yield executor
+
+
+def left_to_fly(missions: Sequence[Mission], done: Sequence[Row]) -> list[Mission]:
+    """Those without a row; a row that is not of these missions is an error."""
+    numbers = {(mission.kind, mission.seed, mission.number): mission for mission in missions}
+    for row in done:
+        if numbers.pop((row.kind, row.seed, row.number), None) is None:
+            raise BadRows(
+                f"mission {row.number} of kind {row.kind}, seed {row.seed}, is there already "
+                "and belongs to another campaign, or is there twice"
+            )
+    return list(numbers.values())
+
+
+def fly_all(
+    missions: Iterable[Mission],
+    executor: Executor,
+    file: RowFile | None,
+    tell: Callable[[Row], None],
+) -> list[Row]:
+    """Fly them in any order; each row is written and told as soon as it is there.
+
+    An interruption gives up what waits, lets what flies end, and keeps nothing of it.
+    """
+    rows: list[Row] = []
+    waiting = iter(missions)
+    flying: set[Future[Row]] = set()
+    try:
+        while True:
+            flying |= {executor.submit(row_of, m) for m in islice(waiting, _AHEAD - len(flying))}
+            if not flying:
+                return rows
+            ended, flying = wait(flying, return_when=FIRST_COMPLETED)
+            for future in ended:
+                row = future.result()
+                if file is not None:
+                    file.append(row)
+                rows.append(row)
+                tell(row)
+    except BaseException:
+        for future in flying:
+            future.cancel()
+        raise
+
+
+def _leave_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

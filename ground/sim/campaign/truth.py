@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is true of a world: where there is room, what hangs together, the shortest way."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground.sim.campaign.layout import Rect
+from ground.sim.footprints import Array, Footprints
+from ground.sim.worldspec import Obstacle, Point
+
+STEP_M: Final = 0.05
+BODY_M: Final = (0.25, 0.6)
+"""Heights that a flight may take: what is there is in the way."""
+SOLID_M: Final = (0.03, 1.5)
+"""What stands on the floor or hangs above it, low things and table tops too."""
+_SIGHT_M: Final = 0.02
+
+Bits = NDArray[np.bool_]
+Cell = tuple[int, int]
+_MOVES: Final = tuple(
+    (i, j, math.hypot(i, j)) for i in range(-2, 3) for j in range(-2, 3) if math.gcd(i, j) == 1
+)
+
+
+class TrueMap:
+    """A lattice of places over a floor plan, and how much room there is around each."""
+
+    def __init__(self, obstacles: tuple[Obstacle, ...], outline: Rect) -> None:
+        self._low_m = (outline.x0 + STEP_M / 2, outline.y0 + STEP_M / 2)
+        self.shape = nx, ny = tuple(int(side // STEP_M) for side in outline.size_m)
+        x, y = np.meshgrid(np.arange(nx, dtype=float), np.arange(ny, dtype=float), indexing="ij")
+        self.points_m: Array = np.stack([x, y], axis=-1) * STEP_M + np.array(self._low_m)
+        flat = self.points_m.reshape(-1, 2)
+        footprints = Footprints(obstacles)
+        self.body_gap_m: Array = footprints.gap_m(flat, *BODY_M).reshape(nx, ny)
+        """Of each place to what is in the way at the height of the flight; negative inside."""
+        self.solid_gap_m: Array = footprints.gap_m(flat, *SOLID_M).reshape(nx, ny)
+        """To whatever stands there at all."""
+
+    def place(self, cell: Sequence[int] | NDArray[np.int64]) -> Point:
+        """World point of a lattice place."""
+        x, y = self.points_m[int(cell[0]), int(cell[1])]
+        return float(x), float(y)
+
+    def cell(self, point_m: Point) -> Cell:
+        """The lattice place nearest to a point within the plan."""
+        i, j = (round((point_m[k] - self._low_m[k]) / STEP_M) for k in (0, 1))
+        return min(max(i, 0), self.shape[0] - 1), min(max(j, 0), self.shape[1] - 1)
+
+    def within(self, rect: Rect) -> Bits:
+        """The places in a rectangle."""
+        x, y = self.points_m[..., 0], self.points_m[..., 1]
+        inside: Bits = (rect.x0 < x) & (x < rect.x1) & (rect.y0 < y) & (y < rect.y1)
+        return inside
+
+    def reached(self, free: Bits, start: Cell) -> Bits:
+        """The free places that steps to the 4 neighbours lead to."""
+        seen = np.zeros_like(free)
+        seen[start] = free[start]
+        count = 0
+        while (now := int(seen.sum())) > count:
+            count = now
+            for _ in range(8):
+                wider = seen.copy()
+                wider[1:] |= seen[:-1]
+                wider[:-1] |= seen[1:]
+                wider[:, 1:] |= seen[:, :-1]
+                wider[:, :-1] |= seen[:, 1:]
+                seen = wider & free
+        return seen
+
+    def regions(self, free: Bits) -> list[Bits]:
+        """The parts that do not hang together, largest first."""
+        left, parts = free.copy(), []
+        while left.any():
+            i, j = np.argwhere(left)[0]
+            part = self.reached(left, (int(i), int(j)))
+            left &= ~part
+            parts.append(part)
+        return sorted(parts, key=lambda part: -int(part.sum()))
+
+    def way(self, start_m: Point, goal_m: Point, gap_m: float) -> list[Point]:
+        """The shortest way that keeps that far from what is in the way, but at its ends; empty
+        without one. A* over 16 directions, pulled taut."""
+        free = self.body_gap_m > gap_m
+        start, goal = self.cell(start_m), self.cell(goal_m)
+        cells = _search(free, start, goal)
+        if not cells:
+            return []
+        way = [start_m, *(self.place(cell) for cell in cells[1:-1]), goal_m]
+        for _ in range(3):
+            way = self._pulled(free, _denser(way))
+        return way
+
+    def _pulled(self, free: Bits, way: list[Point]) -> list[Point]:
+        """Without the points that are in sight of each other's neighbours."""
+        taut, at = [way[0]], 0
+        while at < len(way) - 1:
+            ahead = len(way) - 1
+            while ahead > at + 1 and not self._sees(free, way[at], way[ahead]):
+                ahead = at + 1 + (ahead - at - 1) // 2 if ahead - at > 24 else ahead - 1
+            at = ahead
+            taut.append(way[at])
+        return taut
+
+    def _sees(self, free: Bits, a: Point, b: Point) -> bool:
+        count = 2 + int(math.dist(a, b) / _SIGHT_M)
+        points = np.linspace(a, b, count)
+        i, j = np.rint((points - self._low_m) / STEP_M).astype(int).T
+        return bool(free[i.clip(0, self.shape[0] - 1), j.clip(0, self.shape[1] - 1)].all())
+
+
+def length_m(way: Sequence[Point]) -> float:
+    """Of a way; infinite without one."""
+    return sum(math.dist(a, b) for a, b in pairwise(way)) if way else math.inf
+
+
+def _denser(way: list[Point]) -> list[Point]:
+    parts = [way[:1]]
+    for a, b in pairwise(way):
+        count = 1 + int(math.dist(a, b) / (2 * STEP_M))
+        parts.append([tuple(p) for p in np.linspace(a, b, count + 1)[1:].tolist()])
+    return [point for part in parts for point in part]
+
+
+def _search(free: Bits, start: Cell, goal: Cell) -> list[Cell]:
+    """A*; the ends count as free."""
+    blocked = (~np.pad(free, 2)).tolist()
+    (si, sj), (gi, gj) = ((i + 2, j + 2) for i, j in (start, goal))
+    blocked[si][sj] = blocked[gi][gj] = False
+    costs, parents = {(si, sj): 0.0}, {(si, sj): (si, sj)}
+    queue = [(math.hypot(gi - si, gj - sj), si, sj)]
+    done = set()
+    while queue:
+        _, i, j = heapq.heappop(queue)
+        if (i, j) == (gi, gj):
+            return _back(parents, (gi, gj))
+        if (i, j) in done:
+            continue
+        done.add((i, j))
+        cost = costs[i, j]
+        for di, dj, step in _MOVES:
+            near = (i + di, j + dj)
+            if blocked[near[0]][near[1]] or blocked[i + di // 2][j + dj // 2] or near in done:
+                continue
+            if blocked[i - -di // 2][j - -dj // 2]:
+                continue
+            if cost + step < costs.get(near, math.inf):
+                costs[near], parents[near] = cost + step, (i, j)
+                ahead = math.hypot(gi - near[0], gj - near[1])
+                heapq.heappush(queue, (cost + step + ahead, *near))
+    return []
+
+
+def _back(parents: dict[Cell, Cell], cell: Cell) -> list[Cell]:
+    cells = [cell]
+    while parents[cell] != cell:
+        cell = parents[cell]
+        cells.append(cell)
+    return [(i - 2, j - 2) for i, j in reversed(cells)]

@@ -13,7 +13,7 @@ import typer
 from ground.cli_parts import EXIT_INTERRUPTED, JsonFile, fail, out
 from ground.errors import GroundError
 
-KINDS = ("goto",)
+KINDS = ("goto", "moving", "explore")
 
 
 def campaign(
@@ -52,6 +52,10 @@ def campaign(
     loss: Annotated[
         float, typer.Option(min=0.0, max=0.5, help="Share of the packets lost, each way.")
     ] = 0.02,
+    setting: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="A parameter of the drone, in all missions.", metavar="P=V"),
+    ] = None,
 ) -> None:
     """Fly many seeded missions through worlds drawn at random; judge them by the truth.
 
@@ -61,9 +65,10 @@ def campaign(
         fail(f"--kind knows {', '.join(KINDS)}, not {kind}")
     from ground.sim.campaign.command import Wanted, replay, run_campaign
 
+    settings = tuple(_setting(text) for text in setting or ())
     wanted = Wanted(
-        kind, missions, seed, profile, loss, workers or os.cpu_count() or 1, dask, resume,
-        json_file, plot,
+        kind, missions, seed, profile, loss, settings, workers or os.cpu_count() or 1, dask,
+        resume, json_file, plot,
     )  # fmt: skip
     signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     try:
@@ -74,3 +79,12 @@ def campaign(
         raise typer.Exit(EXIT_INTERRUPTED) from None
     if not well:
         raise typer.Exit(1)
+
+
+def _setting(text: str) -> tuple[str, float]:
+    """Read "way.clearance=0.2"."""
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        fail(f"--set takes PARAMETER=NUMBER, not {text}")

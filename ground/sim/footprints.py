@@ -18,15 +18,19 @@ def position_m(obstacle: Obstacle, moving_s: float) -> Point:
     if motion is None or moving_s <= 0.0:
         return obstacle.center_m
     stops = _stops(obstacle, motion)
-    travelled_m = moving_s * motion.speed_mps
+    left_s = moving_s
     if motion.loop:
-        travelled_m %= sum(math.dist(a, b) for a, b in pairwise(stops))
+        round_m = sum(math.dist(a, b) for a, b in pairwise(stops))
+        left_s %= round_m / motion.speed_mps + motion.pause_s * (len(stops) - 1)
     for a, b in pairwise(stops):
-        leg_m = math.dist(a, b)
-        if travelled_m < leg_m:
-            part = travelled_m / leg_m
+        leg_s = math.dist(a, b) / motion.speed_mps
+        if left_s < leg_s:
+            part = left_s / leg_s
             return a[0] + part * (b[0] - a[0]), a[1] + part * (b[1] - a[1])
-        travelled_m -= leg_m
+        left_s -= leg_s
+        if left_s < motion.pause_s:
+            return b
+        left_s -= motion.pause_s
     return stops[-1]
 
 

@@ -27,6 +27,7 @@ from ground.model import (
 from ground.picture import Picture
 from ground.sim.crtp import Port, decode, encode
 from ground.sim.firmware import Entry, Firmware
+from ground.sim.plant import PLANT_STEP_S
 from ground.sim.runtime import Options, Simulator
 from ground.sim.world import World
 from ground.wire import SEQUENCES, decode_message, encode_request
@@ -43,6 +44,7 @@ _PARAM_LAYOUTS: Final = {0x6: "<f", 0x8: "<B", 0x9: "<H", 0xA: "<I"}
 _TYPE_MASK: Final = 0x0F
 _MAP_PERIOD_MS: Final = 30
 _BEAT_EVERY_STEPS: Final = 25
+_SECOND_STEPS: Final = round(1.0 / PLANT_STEP_S)
 _REPEAT_S: Final = 0.2
 _REPEATS: Final = 10
 _LIMIT_S: Final = 120.0
@@ -74,6 +76,8 @@ class Pilot:
         self.picture = Picture()
         self.believed: list[tuple[float, float, float]] = []
         """Poses (s, x, y) in the air, as the drone tells them at that moment."""
+        self.every_second: Callable[[], None] = lambda: None
+        """Called when a whole second of simulated time has passed."""
         self._firmware = Firmware()
         self._simulator = Simulator(world, options, self._firmware)
         self._streams: list[_Stream] = []
@@ -179,6 +183,8 @@ class Pilot:
         self._steps += 1
         if self._steps % _BEAT_EVERY_STEPS == 0:
             self._beat()
+        if self._steps % _SECOND_STEPS == 0:
+            self.every_second()
 
     def _hear(self, message: Incoming) -> None:
         self.picture.take(message, self.time_s)

@@ -254,6 +254,7 @@ def _motion(table: _Table, center: Point) -> Motion:
         motion.time("start_s", 0.0),
         motion.flag("loop", False),
         _trigger(motion) if motion.has("when_near") else None,
+        motion.time("pause_s", 0.0),
     )
     motion.done()
     return result

@@ -23,7 +23,7 @@ class Trigger:
 class Motion:
     """A way along points, from the obstacle's own place, at one speed, once or round and round.
 
-    It begins at start_s, or that long after its trigger.
+    It begins at start_s, or that long after its trigger, and rests for pause_s at every point.
     """
 
     path_m: tuple[Point, ...]
@@ -31,6 +31,7 @@ class Motion:
     start_s: float = 0.0
     loop: bool = False
     trigger: Trigger | None = None
+    pause_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

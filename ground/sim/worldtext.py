@@ -66,6 +66,7 @@ def _motion(kind: str, motion: Motion) -> Iterator[str]:
         "speed_mps": motion.speed_mps,
         "start_s": motion.start_s,
         "loop": motion.loop,
+        "pause_s": motion.pause_s,
     }
     yield from _table(f"[{kind}.motion]", values)
     if motion.trigger is not None:

@@ -30,6 +30,7 @@ class Wanted:
     seed: int
     profile: str
     loss: float
+    settings: tuple[tuple[str, float], ...]
     workers: int
     dask: str | None
     rows: Path | None
@@ -42,7 +43,7 @@ class Wanted:
 
     def mission(self, number: int) -> Mission:
         """One of them."""
-        return Mission(self.kind, self.seed, number, self.profile, self.loss)
+        return Mission(self.kind, self.seed, number, self.profile, self.loss, self.settings)
 
 
 def run_campaign(wanted: Wanted, out: Console) -> bool:

@@ -19,7 +19,7 @@ _FAILURES_NAMED: Final = 200
 def figures(rows: Sequence[Row]) -> dict[str, Any]:
     """Of one campaign; None where nothing was measured."""
     reachable = [row for row in rows if row.task == "reachable"]
-    impossible = [row for row in rows if row.task not in ("reachable", "")]
+    impossible = [row for row in rows if row.task in ("sealed", "inside", "outside")]
     arrived = [row for row in reachable if row.outcome == "arrived"]
     return {
         "missions": len(rows),
@@ -40,7 +40,16 @@ def figures(rows: Sequence[Row]) -> dict[str, Any]:
             row.cause in ("", "collision") and row.outcome == "refused" for row in impossible
         ),
         "covered_fraction_median": _median(row.covered for row in rows),
+        "known_fraction": _share(
+            (row.covered or 0.0) >= 0.95 for row in rows if row.covered is not None
+        ),
+        "known_s_median": _median(row.known_s for row in rows),
+        "complete_claims": _count(row.claimed for row in rows),
         "complete_claims_false": _count_false_claims(rows),
+        "slow_person_near": _count(
+            row.person_m < NEAR_M for row in rows if row.person_m is not None
+        ),
+        "ghosts": _count(row.ghosts for row in rows),
         "task_s_median": _median(row.task_s for row in rows),
         "sim_s": round(sum(row.sim_s for row in rows), 1),
         "realtime_factor": _factor(rows),
@@ -70,7 +79,22 @@ def _goto(found: dict[str, Any]) -> list[Check]:
     ]
 
 
-_CHECKS: Final = {"goto": _goto}
+def _explore(found: dict[str, Any]) -> list[Check]:
+    return [
+        Check("known_fraction", found["known_fraction"], 0.95, ">="),
+        Check("complete_claims_false", found["complete_claims_false"], 0, "=="),
+    ]
+
+
+def _moving(found: dict[str, Any]) -> list[Check]:
+    return [
+        Check("reached_fraction", found["reached_fraction"], 0.97, ">="),
+        Check("slow_person_near", found["slow_person_near"], 0, "=="),
+        Check("ghosts", found["ghosts"], 0, "=="),
+    ]
+
+
+_CHECKS: Final = {"goto": _goto, "moving": _moving, "explore": _explore}
 
 
 def _share(values: Iterable[bool]) -> float | None:
@@ -81,6 +105,11 @@ def _share(values: Iterable[bool]) -> float | None:
 def _median(values: Iterable[float | None]) -> float | None:
     given = [value for value in values if value is not None]
     return round(float(np.median(given)), 3) if given else None
+
+
+def _count(values: Iterable[int | None]) -> int | None:
+    given = [value for value in values if value is not None]
+    return sum(given) if given else None
 
 
 def _count_false_claims(rows: Sequence[Row], complete: float = 0.95) -> int | None:

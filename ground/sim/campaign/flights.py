@@ -35,10 +35,16 @@ class Mission:
     number: int
     profile: str = "real"
     loss: float = LOSS
+    settings: tuple[tuple[str, float], ...] = ()
+    """Parameters that differ from their defaults."""
 
     def rng(self) -> np.random.Generator:
         """For all that is drawn of it."""
         return np.random.default_rng([self.seed, self.number])
+
+    def world(self, spec: WorldSpec) -> World:
+        """The drone stands in it with this mission's settings."""
+        return World(replace(spec, eeprom={**spec.eeprom, **dict(self.settings)}))
 
     def options(self) -> Options:
         """How to simulate it."""
@@ -90,13 +96,14 @@ class Judge:
     @property
     def contacts_m(self) -> tuple[tuple[float, float], ...]:
         """Where the drone was at each contact, world frame."""
-        return tuple(self._place(contact["time_s"]) for contact in self.contacts)
+        return tuple(self.place_m(contact["time_s"]) for contact in self.contacts)
 
     def miss_m(self, end_s: float, goal: Point) -> float:
         """Distance to a goal of the map frame at that time."""
-        return math.dist(self._place(end_s), self._world.to_world(goal.x_m, goal.y_m))
+        return math.dist(self.place_m(end_s), self._world.to_world(goal.x_m, goal.y_m))
 
-    def _place(self, time_s: float) -> tuple[float, float]:
+    def place_m(self, time_s: float) -> tuple[float, float]:
+        """Where the drone was, world frame."""
         x_m, y_m = (np.interp(time_s, self.trail[:, 0], self.trail[:, i]) for i in (1, 2))
         return float(x_m), float(y_m)
 
@@ -110,9 +117,11 @@ def word_for(outcome: Outcome) -> str:
 
 def kinds() -> Mapping[str, Callable[[Mission], Flight]]:
     """Who flies each kind of campaign."""
+    from ground.sim.campaign.explore import fly_explore
     from ground.sim.campaign.goto import fly_goto
+    from ground.sim.campaign.moving import fly_moving
 
-    return MappingProxyType({"goto": fly_goto})
+    return MappingProxyType({"goto": fly_goto, "moving": fly_moving, "explore": fly_explore})
 
 
 def fly(mission: Mission) -> Flight:

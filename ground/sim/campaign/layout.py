@@ -104,8 +104,8 @@ def office(rng: np.random.Generator) -> Layout:
 
 
 def maze(rng: np.random.Generator) -> Layout:
-    """Corridors 0.8 to 1.1 m wide by depth-first search, with a few loops, in 4 to 8 m."""
-    wide, wall = rng.uniform(0.8, 1.1), rng.uniform(0.05, 0.1)
+    """Corridors 0.85 to 1.1 m wide by depth-first search, with a few loops, in 4 to 8 m."""
+    wide, wall = rng.uniform(0.85, 1.1), rng.uniform(0.05, 0.1)
     step = wide + wall
     columns, rows = (int(rng.uniform(4.0, 8.0) // step) for _ in range(2))
     open_to: set[frozenset[Point]] = set()

@@ -37,10 +37,12 @@ class Row:
     wall_s: float = 0.0
     task_s: float | None = None
     """From the command to its end."""
+    known_s: float | None = None
+    """From the command until 95 % of the reachable area are known."""
     flown_m: float | None = None
     shortest_m: float | None = None
     miss_m: float | None = None
-    """From where the drone truly was at the end to the goal."""
+    """From where the drone truly was at the end to the goal, or home."""
     covered: float | None = None
     claimed: bool | None = None
     """It said that everything is explored."""

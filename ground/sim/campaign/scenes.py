@@ -14,9 +14,13 @@ import numpy as np
 from ground.core import GRID_SIDE_CELLS
 from ground.sim.campaign.furniture import CLUTTER, IN_THE_MIDDLE, Furnishing, prism
 from ground.sim.campaign.layout import Layout, Rect, hall, home, maze, office, shut
-from ground.sim.campaign.truth import TrueMap
+from ground.sim.campaign.truth import Bits, TrueMap
 from ground.sim.worldspec import Obstacle, Point, WorldSpec
 
+CLEARANCE_M: Final = 0.17
+"""way.clearance as it is by default."""
+SURE_M: Final = 0.05
+"""Reachable is what can be reached with so much more room than the drone asks for."""
 START_GAP_M: Final = 0.4
 _CEILING_M: Final = (2.4, 2.8)
 _OUTER_M: Final = 0.2
@@ -43,6 +47,12 @@ class Scene:
     """Furniture whose middle nobody reaches."""
     sealed: int | None = None
     """The room whose doors are shut."""
+
+    def reachable(self) -> Bits:
+        """The places that the drone can surely get to."""
+        truth = self.truth
+        free = truth.solid_gap_m > CLEARANCE_M + SURE_M
+        return truth.reached(free, truth.cell(self.spec.start_m))
 
 
 def draw_scene(style: str, rng: np.random.Generator, *, seal: bool = False) -> Scene:

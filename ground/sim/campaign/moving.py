@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Missions to a goal among people, sliding doors and things that are moved or taken away."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from ground.core import MissionCmd
+from ground.map import GroundMap
+from ground.model import Point
+from ground.sim.campaign.flights import Flight, Judge, Mission
+from ground.sim.campaign.goto import Task, reachable_task, row_for
+from ground.sim.campaign.movers import PERSON, draw_crate, draw_door, draw_person
+from ground.sim.campaign.scenes import Scene, draw_scene
+from ground.sim.campaign.truth import TrueMap
+from ground.sim.footprints import Array, position_m
+from ground.sim.pilot import Pilot
+from ground.sim.world import World
+from ground.sim.worldspec import Obstacle
+from ground.sim.worldspec import Point as Place
+
+SLOW_MPS: Final = 0.25
+"""The drone backs away as fast as this: from who is slower it can keep off."""
+LIMIT_S: Final = 300.0
+FORGET_S: Final = 20.0
+"""So long after they have gone nothing of them may be left in the map."""
+_STYLES: Final = ("home", "office", "clutter")
+_SAMPLE_S: Final = 0.1
+_FLYING_M: Final = 0.1
+_SURFACE_M: Final = 0.3
+_BESIDE_M: Final = 0.3
+
+
+def draw_task(rng: np.random.Generator) -> tuple[Task, tuple[Obstacle, ...]]:
+    """A reachable goal, and what moves meanwhile: at least one thing."""
+    while True:
+        scene = draw_scene(str(rng.choice(_STYLES)), rng)
+        task = reachable_task(scene, rng)
+        if task is None:
+            continue
+        ends = (scene.spec.start_m, task.goal_m)
+        movers = [m for _ in range(int(rng.integers(0, 3))) for m in draw_person(scene, ends, rng)]
+        if rng.random() < 0.5:
+            movers += draw_door(scene, rng)
+        if rng.random() < 0.5:
+            movers += draw_crate(scene, ends, rng)
+        if movers:
+            return task, tuple(movers)
+
+
+def fly_moving(mission: Mission) -> Flight:
+    """Fly there, stay until everybody has been gone for a while, land."""
+    task, movers = draw_task(mission.rng())
+    scene = task.scene
+    spec = replace(scene.spec, obstacles=(*scene.spec.obstacles, *movers))
+    world = mission.world(spec)
+    goal = Point(*world.to_map(*task.goal_m))
+    pilot = Pilot(world, mission.options())
+    begin_s = pilot.time_s
+    outcome = pilot.fly(MissionCmd.GOTO, goal, LIMIT_S)
+    end_s = pilot.time_s
+    gone_s = max((mover.vanishes_s for mover in movers if mover.name == PERSON), default=0.0)
+    pilot.rest(max(0.0, gone_s + FORGET_S - pilot.time_s))
+    pilot.fetch_map()
+    ghosts = _ghosts(pilot.picture.map, world, scene.truth, movers)
+    pilot.land()
+    judge = Judge(pilot, world)
+    row = row_for(mission, task, outcome, judge, goal, begin_s, end_s)
+    row = replace(
+        row,
+        person_m=_nearest_m(judge.trail, movers, scene),
+        ghosts=ghosts if gone_s else None,
+    )
+    cause = row.cause or ("people left in the map" if row.ghosts else "")
+    row = replace(row, cause=cause, ok=not cause)
+    return Flight(row, spec, judge.trail, task.goal_m, task.way_m, judge.contacts_m)
+
+
+def _where(mover: Obstacle, time_s: float) -> Place:
+    return position_m(mover, time_s - (mover.motion.start_s if mover.motion else 0.0))
+
+
+def _nearest_m(trail: Array, movers: Sequence[Obstacle], scene: Scene) -> float | None:
+    """Least distance in flight from the drone's middle to a slow person in its sight."""
+    nearest = math.inf
+    slow = [m for m in movers if m.name == PERSON and m.motion and m.motion.speed_mps <= SLOW_MPS]
+    for time_s, x_m, y_m, z_m, _ in trail:
+        for person in slow if z_m > _FLYING_M else ():
+            if time_s >= person.vanishes_s:
+                continue
+            there = _where(person, time_s)
+            gap_m = math.dist((x_m, y_m), there) - person.radius_m
+            if gap_m < nearest and _in_sight(scene.truth, (x_m, y_m), there):
+                nearest = gap_m
+    return round(nearest, 3) if math.isfinite(nearest) else None
+
+
+def _in_sight(truth: TrueMap, a: Place, b: Place) -> bool:
+    points = np.linspace(a, b, 2 + int(math.dist(a, b) / 0.05))
+    return all(truth.body_gap_m[truth.cell(point)] > 0.0 for point in points)
+
+
+def _ghosts(grid: GroundMap, world: World, truth: TrueMap, movers: Sequence[Obstacle]) -> int:
+    """Occupied cells where people walked, and nothing that stands still is near."""
+    found = grid.obstacles_m()
+    if not len(found):
+        return 0
+    places = np.column_stack(world.to_world(found[:, 0], found[:, 1]))
+    cells = tuple(np.array([truth.cell(place) for place in places]).T)
+    walked = np.zeros(len(places), bool)
+    for person in movers:
+        if person.name == PERSON:
+            times = np.arange(0.0, person.vanishes_s, _SAMPLE_S)
+            way = np.array([_where(person, time_s) for time_s in times])
+            gaps = np.hypot(*(places[:, None] - way).T).min(axis=0)
+            walked |= gaps < person.radius_m + _BESIDE_M
+    others = [m for m in movers if m.name != PERSON]
+    near_others = np.zeros(len(places), bool)
+    for mover in others:
+        stops = [mover.center_m, *(mover.motion.path_m if mover.motion else ())]
+        near_others |= np.min([np.hypot(*(places - stop).T) for stop in stops], axis=0) < 1.0
+    return int(np.sum(walked & (truth.body_gap_m[cells] > _SURFACE_M) & ~near_others))

@@ -7,6 +7,8 @@
 
 #include "ray.h"
 
+enum { STRANGE_CELLS = 5 /* with a wall so near, an echo is no surprise */ };
+
 static const float FAR_CELLS = 1.0e5f;       ///< beyond, a position is not worth tracing
 static const float RANGE_MAX_CELLS = 512.0f; ///< of a beam; no sensor here sees farther
 static const uint32_t OCCUPIED_BITS = 0x88888888u;
@@ -276,6 +278,24 @@ void grid_known_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]) {
     uint32_t any = row[i] | row[i] >> 1;
     bits[i / 4] |= pack_nibbles(any | any >> 2) << (i % 4 * 8);
   }
+}
+
+grid_echo_t grid_judge(const grid_t *grid, vec2_t end_m) {
+  grid_cell_t cell;
+  grid_echo_t judged = GRID_ECHO_STRANGE;
+  if (!grid_locate(grid, end_m, &cell)) {
+    return GRID_ECHO_UNTOLD;
+  }
+  for (int iy = cell.iy - STRANGE_CELLS; iy <= cell.iy + STRANGE_CELLS; iy++) {
+    for (int ix = cell.ix - STRANGE_CELLS; ix <= cell.ix + STRANGE_CELLS; ix++) {
+      int value = grid_value(grid, ix, iy);
+      if (value >= GRID_OCCUPIED_MIN) {
+        return GRID_ECHO_FAMILIAR;
+      }
+      judged = value == GRID_UNKNOWN ? GRID_ECHO_UNTOLD : judged;
+    }
+  }
+  return judged;
 }
 
 static bool line_known(const grid_t *grid, vec2_t a_cells, vec2_t b_cells) {

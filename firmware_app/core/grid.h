@@ -36,6 +36,12 @@ enum {
 
 typedef enum { GRID_CELL_UNKNOWN, GRID_CELL_FREE, GRID_CELL_OCCUPIED } grid_state_t;
 
+typedef enum {
+  GRID_ECHO_FAMILIAR, ///< something occupied is near
+  GRID_ECHO_UNTOLD,   ///< it may be what was not observed yet
+  GRID_ECHO_STRANGE,  ///< all around was observed, and free
+} grid_echo_t;
+
 typedef struct {
   int ix;
   int iy;
@@ -102,6 +108,9 @@ void grid_known_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]);
 /** True if every cell that the segment, widened to both sides by half_width_m, touches has been
  * observed. */
 bool grid_segment_known(const grid_t *grid, vec2_t a_m, vec2_t b_m, float half_width_m);
+
+/** How the end of a beam fits what is known. */
+grid_echo_t grid_judge(const grid_t *grid, vec2_t end_m);
 
 /** The obstacle point of a cell; false if it has none. */
 bool grid_point(const grid_t *grid, int ix, int iy, vec2_t *point_m);

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /** @file guard.h  The reflex: raw ranges against the wanted velocity, every tick, without map or
  * SLAM. Slows with the distance ahead, stops, and backs away from the weighted centre of what is
- * near (nearer weighs more), never towards a side that has no room. */
+ * near (nearer weighs more), never towards a side that has no room. Of what comes nearer by itself
+ * it keeps a larger distance: it gives way at the speed at which that comes, aside where there is
+ * no room behind, and remembers it for a while when no beam meets it. */
 #ifndef GUARD_H
 #define GUARD_H
 
 #include <stdint.h>
 
 #include "geometry.h"
+#include "grid.h"
 #include "scan.h"
 
 typedef enum { GUARD_CLEAR, GUARD_SLOW, GUARD_STOP, GUARD_RETREAT } guard_status_t;
@@ -17,23 +20,43 @@ typedef struct {
   float stop_m;    ///< nearer than this: no velocity towards it
   float retreat_m; ///< nearer than this: back away
   float release_m; ///< backing away ends at this distance
+  float yield_m;   ///< kept from what comes by itself; 0: it is as any wall
   float retreat_mps;
+  float yield_mps;  ///< at most, backing away from what comes
   float reaction_s; ///< age of the ranges and of the vehicle's answer, for the stopping distance
   float brake_mps2;
 } guard_config_t;
 
 typedef struct {
   guard_status_t status;
-  float nearest_m; ///< nearest level range, or a large number
-  vec2_t away;     ///< unit vector (body frame) in which it backs away, else zero
+  float nearest_m;            ///< nearest level range, or a large number
+  vec2_t away;                ///< unit vector (body frame) in which it backs away, else zero
+  float seen_m[SCAN_BEAMS];   ///< level ranges of the set before, negative where none
+  pose2_t seen_from;          ///< its pose, odometry frame
+  uint32_t seen_ms;           ///< and its time
+  uint8_t coming[SCAN_BEAMS]; ///< sets in a row in which a beam's echo came by itself
+  int8_t side;                ///< to which it steps aside: 1 left of the way it backs, -1 right
+  vec2_t comer_m;             ///< where the comer was last met, odometry frame
+  uint32_t comer_ms;          ///< when; 0 never
+  uint32_t met_ms;            ///< when first
+  float comer_mps;            ///< how fast it comes
 } guard_t;
 
 guard_config_t guard_config_default(void);
 void guard_init(guard_t *guard);
+/** Look at a measured set for what comes by itself.
+ *  @param judged  grid_echo_t of each beam's end: what is familiar is no comer, what is strange is
+ *  one at once, the rest when it was seen to come */
+void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *frame,
+                 const uint8_t *judged);
+/** The comer as seen from the body's pose: seconds since it was met, or a large number if there is
+ * none; then *offset_m is where, in the body frame. */
+float guard_comer(const guard_t *guard, pose2_t pose, uint32_t time_ms, vec2_t *offset_m);
 /** @param range_m  SCAN_RANGES distances [m] as published, negative where none
+ *  @param body  pose of the odometry frame, and time, now
  *  @param wanted_mps  body frame
- *  @return the velocity allowed, body frame, never faster than wanted or retreat_mps */
+ *  @return the velocity allowed, body frame, never faster than wanted, retreat_mps or yield_mps */
 vec2_t guard_step(guard_t *guard, const guard_config_t *cfg, const float *range_m,
-                  vec2_t wanted_mps);
+                  const scan_odometry_t *body, vec2_t wanted_mps);
 
 #endif

@@ -115,6 +115,20 @@ static void report(nav_t *nav) {
   nav->status.task = (uint8_t)nav->mission.task;
 }
 
+/** Look at a set for what comes by itself. A map that cannot be believed says nothing of it. */
+static void watch_set(nav_t *nav, const scan_frame_t *frame) {
+  uint8_t judged[SCAN_BEAMS];
+  pose2_t pose = slam_to_map(&nav->slam, frame->pose);
+  bool map = nav->slam.enabled && !nav->mission.lost;
+  for (int beam = 0; beam < SCAN_BEAMS; beam++) {
+    sincos_t way = geometry_sincos(pose.yaw_rad + scan_bearing_rad(beam));
+    vec2_t reach_m = vec2_scale((vec2_t){way.cos, way.sin}, frame->range_m[beam]);
+    vec2_t end_m = vec2_add(pose2_position(pose), reach_m);
+    judged[beam] = (uint8_t)(map ? grid_judge(&nav->grid, end_m) : GRID_ECHO_UNTOLD);
+  }
+  guard_watch(&nav->guard, &nav->cfg.guard, frame, judged);
+}
+
 nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   pose2_t odometry_before = nav->input.odometry.pose;
   take_input(nav, input);
@@ -124,6 +138,7 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   bool fresh =
       scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_look(nav);
   if (fresh) {
+    watch_set(nav, &frame);
     take_set(nav, &frame);
   }
   bool busy =

@@ -206,6 +206,7 @@ typedef struct {
   bool mapped;           ///< the map frame is fixed: since the first take-off
   float tick_s;          ///< since the tick before
   float height_sp_m;     ///< ramped
+  float hand_s;          ///< how long something has been right above
   float turned_rad;      ///< in this scan
   float allowed_m;       ///< how far the route may be flown: clear and observed
   bool rolling;          ///< planning anew while still flying the old route's clear part

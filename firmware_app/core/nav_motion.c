@@ -20,6 +20,16 @@ static const float GUARD_HEIGHT_M = 0.15f; ///< lower, the beams see the floor
 static const float PROGRESS_M = 0.25f;     ///< along a route: what counts as progress
 static const float LOOKAHEAD_M = 1.5f; ///< of observed route: more than it takes to stop from 1 m/s
 static const float BLOCKED_MARGIN_M = 0.3f; ///< stop this much before a blocked piece
+static const float QUARTER_RAD = 1.57079633f;
+static const float FACE_GAIN_PER_S = 3.0f;
+static const float FACE_RPS = 2.0f;
+static const float FACED_S = 2.0f; ///< what is not near before so long is left out of sight
+static const float FACED_M = 0.3f; ///< and this much farther away than it keeps
+static const uint32_t JUDGED_MS = 800u;
+static const float HAND_M = 0.15f;
+static const float HAND_S = 0.5f;     ///< a hand above for so long asks to land
+static const float WATCH_RAD = 0.65f; ///< to both sides while it keeps watch
+static const uint32_t WATCH_MS = 2200u;
 static const uint32_t STEP_TIMEOUT_MS = 8000u;
 static const uint32_t STALL_MS = 10000u;
 
@@ -58,13 +68,19 @@ static follower_command_t turn_around(nav_t *nav) {
   return command;
 }
 
-/** Too many looks without getting on: give up, say so, hold. */
+/** Too many looks and retreats without getting on: give up, say so, hold. @return false if so */
+static bool keep_trying(nav_t *nav) {
+  if (nav->mission.task == MISSION_TASK_NONE || ++nav->plan.stalls <= STALLS_MAX) {
+    return true;
+  }
+  nav_emit(nav, WIRE_EVENT_REFUSED, MISSION_STUCK, pose2_position(nav->pose));
+  nav->mission.fault = MISSION_STUCK;
+  nav_apply(nav, MISSION_EV_HOLD);
+  return false;
+}
+
 static void look_again(nav_t *nav) {
-  if (++nav->plan.stalls > STALLS_MAX) {
-    nav_emit(nav, WIRE_EVENT_REFUSED, MISSION_STUCK, pose2_position(nav->pose));
-    nav->mission.fault = MISSION_STUCK;
-    nav_apply(nav, MISSION_EV_HOLD);
-  } else {
+  if (keep_trying(nav)) {
     nav_apply(nav, MISSION_EV_LOOK);
   }
 }
@@ -145,6 +161,15 @@ static follower_command_t bridge(nav_t *nav, bool fresh) {
   return command;
 }
 
+/** At its post, looking to and fro: who comes between two beams is not seen otherwise. */
+static follower_command_t keep_watch(nav_t *nav) {
+  pose2_t post = nav->post;
+  float phase = (float)((nav_now_ms(nav) - nav->state_since_ms) % WATCH_MS) / (float)WATCH_MS;
+  float wave = phase < 0.25f ? phase : phase < 0.75f ? 0.5f - phase : phase - 1.0f;
+  post.yaw_rad += 4.0f * WATCH_RAD * wave;
+  return follower_hold(&nav->cfg.follower, nav->pose, post);
+}
+
 static follower_command_t command_of_state(nav_t *nav, bool fresh) {
   switch (nav->mission.state) {
   case MISSION_SCAN:
@@ -158,9 +183,10 @@ static follower_command_t command_of_state(nav_t *nav, bool fresh) {
     return nav_look_about(nav);
   case MISSION_AVOID:
     return (follower_command_t){.velocity_mps = {0.0f, 0.0f}, .yaw_rate_rps = 0.0f};
+  case MISSION_HOVER:
+    return keep_watch(nav);
   case MISSION_IDLE:
   case MISSION_TAKEOFF:
-  case MISSION_HOVER:
   case MISSION_LAND:
   case MISSION_FAULT:
   case MISSION_STATES:
@@ -173,13 +199,36 @@ static vec2_t past_guard(nav_t *nav, vec2_t wanted_mps) {
   if (nav->input.odometry.height_m < GUARD_HEIGHT_M) {
     return wanted_mps;
   }
-  vec2_t allowed_mps = guard_step(&nav->guard, &nav->cfg.guard, nav->input.range_m, wanted_mps);
-  if (nav->guard.status == GUARD_RETREAT) {
+  bool hand = nav->input.range_m[SCAN_UP] >= 0.0f && nav->input.range_m[SCAN_UP] < HAND_M;
+  nav->hand_s = hand ? nav->hand_s + nav->tick_s : 0.0f;
+  vec2_t allowed_mps = guard_step(&nav->guard, &nav->cfg.guard, nav->input.range_m,
+                                  &nav->input.odometry, wanted_mps);
+  if (nav->hand_s > HAND_S) {
+    nav_apply(nav, MISSION_EV_LAND);
+  } else if (nav->guard.status == GUARD_RETREAT) {
     nav_apply(nav, MISSION_EV_NEAR);
   } else if (nav->mission.state == MISSION_AVOID) {
+    keep_trying(nav);
     nav_apply(nav, MISSION_EV_CLEAR);
   }
   return allowed_mps;
+}
+
+/** Turn so that a beam stays on what comes, for between two beams it is not seen: until it is
+ * judged, and then as long as it comes. */
+static float face_comer(const nav_t *nav, float yaw_rate_rps) {
+  vec2_t offset;
+  const guard_t *guard = &nav->guard;
+  float age_s = guard_comer(guard, nav->input.odometry.pose, nav_now_ms(nav), &offset);
+  bool judged = nav_now_ms(nav) - guard->met_ms > JUDGED_MS;
+  if (age_s > FACED_S || (judged && vec2_norm(offset) - guard->comer_mps * FACED_S >
+                                        nav->cfg.guard.yield_m + FACED_M)) {
+    return yaw_rate_rps;
+  }
+  float bearing_rad = geometry_atan2(offset.y, offset.x);
+  float quarters = floorf(bearing_rad / QUARTER_RAD + 0.5f);
+  return geometry_clamp(FACE_GAIN_PER_S * (bearing_rad - quarters * QUARTER_RAD), -FACE_RPS,
+                        FACE_RPS);
 }
 
 nav_setpoint_t nav_move(nav_t *nav, bool fresh) {
@@ -188,14 +237,18 @@ nav_setpoint_t nav_move(nav_t *nav, bool fresh) {
   }
   steer_height(nav);
   follower_command_t command = command_of_state(nav, fresh);
-  vec2_t body_mps = past_guard(nav, vec2_rotate(command.velocity_mps, -nav->pose.yaw_rad));
+  vec2_t wanted_mps = vec2_limit(command.velocity_mps, nav->cfg.follower.speed_mps);
+  vec2_t body_mps = past_guard(nav, vec2_rotate(wanted_mps, -nav->pose.yaw_rad));
+  if (nav->mission.state == MISSION_AVOID || nav->mission.state == MISSION_HOVER) {
+    command.yaw_rate_rps = face_comer(nav, command.yaw_rate_rps);
+  }
   if (!mission_airborne(nav->mission.state)) {
     return (nav_setpoint_t){.motors = false};
   }
   return (nav_setpoint_t){
       .motors = true,
       .height_m = nav->height_sp_m > 0.0f ? nav->height_sp_m : 0.0f,
-      .velocity_body_mps = vec2_limit(body_mps, nav->cfg.follower.speed_mps),
+      .velocity_body_mps = body_mps,
       .yaw_rate_rps = command.yaw_rate_rps,
   };
 }

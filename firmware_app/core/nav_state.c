@@ -33,7 +33,12 @@ static void leave_ground(nav_t *nav) {
 
 static void enter_state(nav_t *nav, mission_state_t before, mission_event_t event) {
   nav->state_since_ms = nav_now_ms(nav);
-  nav->post = nav->pose;
+  mission_state_t state = nav->mission.state;
+  bool keeps_post = (before == MISSION_HOVER && state == MISSION_AVOID) ||
+                    (before == MISSION_AVOID && state == MISSION_HOVER);
+  if (!keeps_post) {
+    nav->post = nav->pose;
+  }
   nav->rolling = event == MISSION_EV_BLOCKED;
   if (before == MISSION_RELOCALISE) {
     nav_stop_looking(nav);

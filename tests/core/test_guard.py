@@ -34,9 +34,10 @@ class Guard:
         self.cfg = ffi.new("guard_config_t *", CONFIG)
         self.guard = ffi.new("guard_t *")
         lib.guard_init(self.guard)
+        self.body = ffi.new("scan_odometry_t *")
 
     def step(self, ranges_m: list[float], vx: float, vy: float) -> tuple[float, float]:
-        return xy(lib.guard_step(self.guard, self.cfg, ranges_m, vec2(vx, vy)))
+        return xy(lib.guard_step(self.guard, self.cfg, ranges_m, self.body, vec2(vx, vy)))
 
     @property
     def status(self) -> int:

@@ -119,14 +119,14 @@ class _Loop:
     def tick(self) -> None:
         for _ in range(STEPS_PER_TICK):
             self._plant.step(self._setpoint, True)
-        _measure(self._plant, self._input)
+        measure(self._plant, self._input)
         self.record.records += packed(self._input)
         wanted = lib.nav_step(self.nav, self._input)
         self.record.setpoints.append(setpoint_bytes(wanted))
         self.record.states.add(self.nav.mission.state)
         while lib.nav_take_event(self.nav, self._event):
             self.record.events.append(self._event.code)
-        self._setpoint = _steer(wanted)
+        self._setpoint = steer(wanted)
         if self.record.ticks % HASH_EVERY_TICKS == 0:
             self.record.records += HASH_RECORD
 
@@ -144,7 +144,7 @@ def _configuration(flight: Flight, kept: Mapping[str, float]) -> CData:
     return cfg
 
 
-def _measure(plant: Plant, given: CData) -> None:
+def measure(plant: Plant, given: CData) -> None:
     """What app_sensors.c makes of the firmware's variables."""
     seen: Readings = plant.readings
     odometry = given.odometry
@@ -165,7 +165,7 @@ def _measure(plant: Plant, given: CData) -> None:
     given.flags |= lib.NAV_TUMBLED if plant.tumbled else 0
 
 
-def _steer(wanted: CData) -> Setpoint:
+def steer(wanted: CData) -> Setpoint:
     """What app_setpoint.c makes of the core's wish."""
     if not wanted.motors:
         return Setpoint()

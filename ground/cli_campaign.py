@@ -56,6 +56,13 @@ def campaign(
         list[str] | None,
         typer.Option("--set", help="A parameter of the drone, in all missions.", metavar="P=V"),
     ] = None,
+    baseline: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Explore each world once more with this parameter set, to compare the times.",
+            metavar="P=V",
+        ),
+    ] = None,
 ) -> None:
     """Fly many seeded missions through worlds drawn at random; judge them by the truth.
 
@@ -64,12 +71,18 @@ def campaign(
     if kind not in KINDS:
         fail(f"--kind knows {', '.join(KINDS)}, not {kind}")
     from ground.sim.campaign.command import Wanted, replay, run_campaign
+    from ground.sim.campaign.flights import Mission
 
-    settings = tuple(_setting(text) for text in setting or ())
-    wanted = Wanted(
-        kind, missions, seed, profile, loss, settings, workers or os.cpu_count() or 1, dask,
-        resume, json_file, plot,
-    )  # fmt: skip
+    like = Mission(
+        kind,
+        seed,
+        0,
+        profile,
+        loss,
+        tuple(_setting(text) for text in setting or ()),
+        tuple(_setting(text) for text in baseline or ()),
+    )
+    wanted = Wanted(like, missions, workers or os.cpu_count() or 1, dask, resume, json_file, plot)
     signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     try:
         well = replay(wanted, only, world, out) if only is not None else run_campaign(wanted, out)

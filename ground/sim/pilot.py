@@ -121,8 +121,15 @@ class Pilot:
         outcome = self.fly(MissionCmd.GOTO, goal)
         return outcome.reached, outcome.reason, outcome.sentence
 
-    def fly(self, cmd: MissionCmd, goal: Point | None = None, limit_s: float = _LIMIT_S) -> Outcome:
-        """Command, as soon as the position estimate has settled, and see it through."""
+    def fly(
+        self,
+        cmd: MissionCmd,
+        goal: Point | None = None,
+        limit_s: float = _LIMIT_S,
+        enough: Callable[[], bool] = lambda: False,
+    ) -> Outcome:
+        """Command, as soon as the position estimate has settled, and see it through, or until
+        one has seen enough."""
         end_s = self.time_s + limit_s
         while True:
             watch = self._watch = Watch(cmd, goal, self.picture.drone_ms)
@@ -134,7 +141,7 @@ class Pilot:
             self._step()
         watch.acknowledged_ms = self.picture.drone_ms
         if reason is MissionReason.OK:
-            self._step_until(lambda: self._outcome is not None, end_s - self.time_s)
+            self._step_until(lambda: self._outcome is not None or enough(), end_s - self.time_s)
         else:
             self._outcome = Outcome(False, REASON_WORDS[reason], reason)
         self._watch = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +25,9 @@ from ground.sim.worldtext import world_text
 class Wanted:
     """What to fly, and where to put what comes of it."""
 
-    kind: str
+    like: Mission
+    """The first of them."""
     missions: int
-    seed: int
-    profile: str
-    loss: float
-    settings: tuple[tuple[str, float], ...]
     workers: int
     dask: str | None
     rows: Path | None
@@ -43,7 +40,7 @@ class Wanted:
 
     def mission(self, number: int) -> Mission:
         """One of them."""
-        return Mission(self.kind, self.seed, number, self.profile, self.loss, self.settings)
+        return replace(self.like, number=number)
 
 
 def run_campaign(wanted: Wanted, out: Console) -> bool:
@@ -56,10 +53,12 @@ def run_campaign(wanted: Wanted, out: Console) -> bool:
     flown = _fly(wanted, waiting, file, done, out) if waiting else []
     rows = sorted([*done, *flown], key=lambda row: row.number)
     found = figures(rows)
-    held = checks(wanted.kind, found, wanted.missions)
+    held = checks(wanted.like.kind, found, wanted.missions)
     _print(found, held, wanted, out)
     if wanted.report is not None:
-        write_report(wanted.report, {"kind": wanted.kind, "seed": wanted.seed, **found}, held)
+        write_report(
+            wanted.report, {"kind": wanted.like.kind, "seed": wanted.like.seed, **found}, held
+        )
     if wanted.plot is not None:
         draw_results(rows, wanted.plot)
     return all(check.ok for check in held)
@@ -125,5 +124,5 @@ def _print(found: dict[str, Any], held: list[Check], wanted: Wanted, out: Consol
         limit = f"  must be {failed[name].sense} {failed[name].limit}" if name in failed else ""
         out.print(f"  {name:30} [{'red' if limit else 'bold'}]{value}[/]{limit}")
     if found["failures"]:
-        replay_by = f"wayflie campaign --kind {wanted.kind} --seed {wanted.seed} --only N"
+        replay_by = f"wayflie campaign --kind {wanted.like.kind} --seed {wanted.like.seed} --only N"
         out.print(f"  fly one again with `{replay_by}`")

@@ -19,7 +19,7 @@ _DPI: Final = 120
 
 
 def draw_flight(flight: Flight, path: Path) -> None:
-    """The world from above, the true way flown, the shortest way and the goal."""
+    """The world from above, what was flown in truth and by the drone's belief, its map."""
     figure = _figure(7, 7)
     axes = figure.add_subplot()
     for obstacle in flight.spec.obstacles:
@@ -28,11 +28,12 @@ def draw_flight(flight: Flight, path: Path) -> None:
     if flight.way_m:
         axes.plot(*zip(*flight.way_m, strict=True), ":", color="tab:green", label="shortest way")
     axes.plot(flight.trail[:, 1], flight.trail[:, 2], color="tab:blue", label="flown")
+    axes.plot(*flight.believed_m.T, "--", color="tab:cyan", linewidth=0.8, label="as it believed")
+    axes.plot(*flight.drawn_m.T, ".", color="tab:purple", markersize=2, label="its map")
     axes.plot(*flight.spec.start_m, "o", color="tab:blue")
     if flight.goal_m is not None:
         axes.plot(*flight.goal_m, "*", color="tab:red", markersize=12, label="goal")
-    for x_m, y_m in flight.contacts_m:
-        axes.plot(x_m, y_m, "x", color="tab:red", markersize=10)
+    axes.plot(*flight.contacts_m.T, "x", color="tab:red", markersize=10)
     axes.set_title(f"{flight.row.style} {flight.row.task}: {flight.row.cause or flight.row.reason}")
     axes.set_aspect("equal")
     axes.autoscale_view()

@@ -54,28 +54,38 @@ def draw_world(rng: np.random.Generator) -> Scene:
             return scene
 
 
+class Watcher:
+    """Looks at the map that comes down, until enough is known."""
+
+    def __init__(self, mission: Mission, scene: Scene) -> None:
+        self.world = mission.world(scene.spec)
+        self.pilot = Pilot(self.world, mission.options())
+        self.known_s: float | None = None
+        self.coverage = Coverage(scene)
+        self._begin_s = self.pilot.time_s
+        self.pilot.every_second = self._look
+
+    @property
+    def passed_s(self) -> float:
+        """Since the command."""
+        return self.pilot.time_s - self._begin_s
+
+    def _look(self) -> None:
+        if self.known_s is None and self.coverage.of(self.pilot.picture.map) >= COMPLETE:
+            self.known_s = round(self.passed_s, 2)
+
+
 def fly_explore(mission: Mission) -> Flight:
-    """As `wayflie explore` does."""
+    """As `wayflie explore` does; and once more by the baseline, if there is one."""
     scene = draw_world(mission.rng())
-    world = mission.world(scene.spec)
-    coverage = Coverage(scene)
-    pilot = Pilot(world, mission.options())
-    begin_s = pilot.time_s
-    known_at_s: list[float] = []
-
-    def look() -> None:
-        if not known_at_s and coverage.of(pilot.picture.map) >= COMPLETE:
-            known_at_s.append(pilot.time_s - begin_s)
-
-    pilot.every_second = look
+    watcher = Watcher(mission, scene)
+    pilot = watcher.pilot
     outcome = pilot.fly(MissionCmd.EXPLORE, limit_s=LIMIT_S)
-    end_s = pilot.time_s
+    end_s, task_s = pilot.time_s, watcher.passed_s
     pilot.land()
     pilot.fetch_map()
-    judge = Judge(pilot, world)
-    covered = coverage.of(pilot.picture.map)
+    judge = Judge(pilot, watcher.world)
     claimed = any(event.code is EventCode.EXPLORED for event in pilot.picture.events)
-    home_m = math.dist(judge.place_m(end_s), scene.spec.start_m)
     row = Row(
         mission.kind,
         mission.seed,
@@ -87,16 +97,27 @@ def fly_explore(mission: Mission) -> Flight:
         collisions=judge.collisions,
         touches=len(judge.contacts),
         sim_s=judge.sim_s,
-        task_s=round(end_s - begin_s, 2),
-        known_s=round(known_at_s[0], 2) if known_at_s else None,
+        task_s=round(task_s, 2),
+        known_s=watcher.known_s,
         flown_m=round(judge.flown_m(end_s), 3),
-        miss_m=round(home_m, 3),
-        covered=round(covered, 4),
+        miss_m=round(math.dist(judge.place_m(end_s), scene.spec.start_m), 3),
+        covered=round(watcher.coverage.of(pilot.picture.map), 4),
         claimed=claimed,
+        baseline_s=_baseline_s(mission, scene) if mission.baseline else None,
     )
     cause = "collision" if judge.collisions else cause_of(row)
     row = replace(row, cause=cause, ok=not cause)
-    return Flight(row, scene.spec, judge.trail, contacts_m=judge.contacts_m)
+    return judge.flight(row, scene.spec)
+
+
+def _baseline_s(mission: Mission, scene: Scene) -> float:
+    """Until the same share is known; the limit if that never is."""
+    other = replace(mission, settings=(*mission.settings, *mission.baseline))
+    watcher = Watcher(other, scene)
+    watcher.pilot.fly(
+        MissionCmd.EXPLORE, limit_s=LIMIT_S, enough=lambda: watcher.known_s is not None
+    )
+    return LIMIT_S if watcher.known_s is None else watcher.known_s
 
 
 def cause_of(row: Row) -> str:

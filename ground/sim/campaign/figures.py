@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from ground.checks import Check
+from ground.sim.campaign.explore import LIMIT_S
 from ground.sim.campaign.rows import Row
 
 NEAR_M: Final = 0.3
@@ -44,6 +45,10 @@ def figures(rows: Sequence[Row]) -> dict[str, Any]:
             (row.covered or 0.0) >= 0.95 for row in rows if row.covered is not None
         ),
         "known_s_median": _median(row.known_s for row in rows),
+        "baseline_s_median": _median(row.baseline_s for row in rows),
+        "times_as_fast_median": _median(
+            row.baseline_s / (row.known_s or LIMIT_S) for row in rows if row.baseline_s is not None
+        ),
         "complete_claims": _count(row.claimed for row in rows),
         "complete_claims_false": _count_false_claims(rows),
         "slow_person_near": _count(
@@ -80,7 +85,10 @@ def _goto(found: dict[str, Any]) -> list[Check]:
 
 
 def _explore(found: dict[str, Any]) -> list[Check]:
+    against = found["times_as_fast_median"]
+    faster = [] if against is None else [Check("times_as_fast_median", against, 2.0, ">=")]
     return [
+        *faster,
         Check("known_fraction", found["known_fraction"], 0.95, ">="),
         Check("complete_claims_false", found["complete_claims_false"], 0, "=="),
     ]

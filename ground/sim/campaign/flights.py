@@ -37,6 +37,8 @@ class Mission:
     loss: float = LOSS
     settings: tuple[tuple[str, float], ...] = ()
     """Parameters that differ from their defaults."""
+    baseline: tuple[tuple[str, float], ...] = ()
+    """Others, with which exploring is flown once more in the same world."""
 
     def rng(self) -> np.random.Generator:
         """For all that is drawn of it."""
@@ -59,16 +61,20 @@ class Mission:
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """A mission that was flown, with all that is needed to draw it."""
+    """A mission that was flown, with all that is needed to draw it; world frame."""
 
     row: Row
     spec: WorldSpec
     trail: Array
-    """True poses: s, x, y, z [m], yaw [rad], in the world frame."""
+    """True poses: s, x, y, z [m], yaw [rad]."""
+    contacts_m: Array
+    """Where the drone was when it touched something."""
+    believed_m: Array
+    """Where it believed to be."""
+    drawn_m: Array
+    """The obstacles in its map."""
     goal_m: tuple[float, float] | None = None
     way_m: tuple[tuple[float, float], ...] = ()
-    contacts_m: tuple[tuple[float, float], ...] = ()
-    """Where the drone was when it touched something."""
 
 
 class Judge:
@@ -76,7 +82,7 @@ class Judge:
 
     def __init__(self, pilot: Pilot, world: World) -> None:
         truth = pilot.truth()
-        self._world = world
+        self._pilot, self._world = pilot, world
         self.sim_s = float(truth["sim_s"])
         self.trail: Array = np.array(truth["trail"], float).reshape(-1, 5)
         self.contacts: list[dict[str, Any]] = truth["collision_log"]
@@ -93,10 +99,21 @@ class Judge:
         flying = self.trail[(self.trail[:, 0] <= end_s) & (self.trail[:, 3] > _IN_THE_AIR_M)]
         return float(np.hypot(*np.diff(flying[:, 1:3], axis=0).T).sum())
 
-    @property
-    def contacts_m(self) -> tuple[tuple[float, float], ...]:
-        """Where the drone was at each contact, world frame."""
-        return tuple(self.place_m(contact["time_s"]) for contact in self.contacts)
+    def flight(self, row: Row, spec: WorldSpec) -> Flight:
+        """All of it, for drawing."""
+        contacts = [self.place_m(contact["time_s"]) for contact in self.contacts]
+        believed = np.array(self._pilot.believed).reshape(-1, 3)[:, 1:]
+        return Flight(
+            row,
+            spec,
+            self.trail,
+            contacts_m=np.array(contacts).reshape(-1, 2),
+            believed_m=self._in_world(believed),
+            drawn_m=self._in_world(self._pilot.picture.map.obstacles_m()),
+        )
+
+    def _in_world(self, places_m: Array) -> Array:
+        return np.column_stack(self._world.to_world(places_m[:, 0], places_m[:, 1]))
 
     def miss_m(self, end_s: float, goal: Point) -> float:
         """Distance to a goal of the map frame at that time."""

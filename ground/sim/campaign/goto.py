@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -29,6 +29,7 @@ _GOAL_GAP_M: Final = 0.38
 _LEAST_WAY_M: Final = 1.5
 _BEYOND_REACH_M: Final = 0.3
 _UNREACHABLE: Final = 0.15
+IMPOSSIBLE: Final = ("sealed", "inside", "outside")
 _SAID_SO: Final = (
     MissionReason.OUTSIDE_GRID,
     MissionReason.OUTSIDE_AREA,
@@ -48,11 +49,11 @@ class Task:
     way_m: tuple[Place, ...] = ()
 
 
-def draw_task(rng: np.random.Generator) -> Task:
-    """Worlds are drawn until one has such a goal."""
-    what = "reachable"
-    if rng.random() < _UNREACHABLE:
-        what = ("sealed", "inside", "outside")[int(rng.integers(3))]
+def draw_task(rng: np.random.Generator, what: str = "") -> Task:
+    """Of that kind, or of any; worlds are drawn until one has such a goal."""
+    if not what:
+        impossible = rng.random() < _UNREACHABLE
+        what = str(rng.choice(IMPOSSIBLE)) if impossible else "reachable"
     styles = [style for style in STYLES if what in ("reachable", "outside") or style != "maze"]
     if what == "sealed":
         styles.remove("clutter")
@@ -116,7 +117,8 @@ def fly_goto(mission: Mission) -> Flight:
     pilot.land()
     judge = Judge(pilot, world)
     row = row_for(mission, task, outcome, judge, goal, begin_s, end_s)
-    return Flight(row, task.scene.spec, judge.trail, task.goal_m, task.way_m, judge.contacts_m)
+    flight = judge.flight(row, task.scene.spec)
+    return replace(flight, goal_m=task.goal_m, way_m=task.way_m)
 
 
 def row_for(

@@ -78,7 +78,8 @@ def fly_moving(mission: Mission) -> Flight:
     )
     cause = row.cause or ("people left in the map" if row.ghosts else "")
     row = replace(row, cause=cause, ok=not cause)
-    return Flight(row, spec, judge.trail, task.goal_m, task.way_m, judge.contacts_m)
+    flight = judge.flight(row, spec)
+    return replace(flight, goal_m=task.goal_m, way_m=task.way_m)
 
 
 def _where(mover: Obstacle, time_s: float) -> Place:

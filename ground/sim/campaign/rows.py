@@ -39,6 +39,8 @@ class Row:
     """From the command to its end."""
     known_s: float | None = None
     """From the command until 95 % of the reachable area are known."""
+    baseline_s: float | None = None
+    """The same by the baseline; the time limit where that never was."""
     flown_m: float | None = None
     shortest_m: float | None = None
     miss_m: float | None = None

@@ -15,6 +15,7 @@ from ground.errors import GroundError
 from ground.sim.campaign.flights import Mission, row_of
 from ground.sim.campaign.rows import BadRows, Row, RowFile
 
+_CONNECT_S: Final = 10
 _AHEAD: Final = 64
 """Missions given to the executor at a time: enough for every worker to have one waiting."""
 
@@ -39,7 +40,11 @@ def cluster(address: str) -> Iterator[Executor]:
             f"--dask needs dask.distributed ({error}): pip install 'wayflie[bench]'"
         ) from error
     connect: Any = Client
-    with connect(address) as client, client.get_executor(pure=False) as executor:
+    try:
+        client = connect(address, timeout=_CONNECT_S)
+    except OSError as error:
+        raise GroundError(f"no scheduler answers at {address}") from error
+    with client, client.get_executor(pure=False) as executor:
         yield executor
 
 

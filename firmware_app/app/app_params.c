@@ -18,7 +18,8 @@ typedef struct {
   float height, speed, clearance, yaw_rate_dps;
   float area_x0, area_y0, area_x1, area_y1;
   float lost_time, low_battery, cell;
-  uint8_t yaw_mode, planner, slam, lost;
+  uint8_t yaw_mode, planner, slam, lost, frontier;
+  uint8_t unused[3];
 } values_t;
 
 /** The same numbers as nav_config_default(): a client that asks for defaults gets these. */
@@ -71,6 +72,7 @@ static const tunable_t tunables[] = {
     TUNABLE("areaX1", NUMBER, area_x1, area_max_m.x),
     TUNABLE("areaY1", NUMBER, area_y1, area_max_m.y),
     TUNABLE("lost", CHOICE, lost, lost),
+    TUNABLE("frontier", CHOICE, frontier, frontier),
     TUNABLE("lostTime", NUMBER, lost_time, lost_time_s),
     TUNABLE("lowBat", NUMBER, low_battery, low_battery_v),
     TUNABLE("cell", NUMBER, cell, cell_m),
@@ -266,6 +268,10 @@ PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaX1, &wanted.area_x1,
  * @brief Largest y of the area, -30 to 30 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaY1, &wanted.area_y1, on_change)
+/**
+ * @brief Exploring: 0 the frontier that shows most for its way, 1 the nearest, 2 random points
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, frontier, &wanted.frontier, on_change)
 /**
  * @brief When the ground is silent: 0 go on, 1 hold, 2 return home, 3 land
  */

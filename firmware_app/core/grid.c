@@ -78,8 +78,12 @@ grid_state_t grid_state(const grid_t *grid, int ix, int iy) {
   return state_of(grid_value(grid, ix, iy));
 }
 
+int grid_tile(int ix, int iy) {
+  return iy / GRID_TILE_SIDE_CELLS * GRID_TILES_PER_ROW + ix / GRID_TILE_SIDE_CELLS;
+}
+
 static void mark_tile(grid_t *grid, int ix, int iy) {
-  int tile = iy / GRID_TILE_SIDE_CELLS * GRID_TILES_PER_ROW + ix / GRID_TILE_SIDE_CELLS;
+  int tile = grid_tile(ix, iy);
   grid->changed_tiles[tile / 32] |= 1u << (tile % 32);
 }
 

@@ -80,6 +80,8 @@ vec2_t grid_to_cells(const grid_t *grid, vec2_t point_m);
 vec2_t grid_to_metres(const grid_t *grid, vec2_t point_cells);
 vec2_t grid_centre_m(const grid_t *grid, grid_cell_t cell);
 
+/** Number of the tile that a cell of the grid lies in. */
+int grid_tile(int ix, int iy);
 /** 0..15; outside the grid 0. */
 int grid_value(const grid_t *grid, int ix, int iy);
 grid_state_t grid_state(const grid_t *grid, int ix, int iy);

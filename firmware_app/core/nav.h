@@ -16,6 +16,7 @@
 
 #include "clearance.h"
 #include "follower.h"
+#include "frontier.h"
 #include "geometry.h"
 #include "grid.h"
 #include "guard.h"
@@ -66,6 +67,7 @@ typedef struct {
   nav_planner_t planner;
   nav_slam_mode_t slam;
   nav_lost_t lost;
+  frontier_mode_t frontier;
 } nav_config_t;
 
 typedef enum {
@@ -151,10 +153,15 @@ typedef struct {
   nav_plan_stage_t stage;
   vec2_t start_cells;
   vec2_t goal_cells;
-  uint16_t known_cells; ///< when the last frontier was reached
+  uint16_t known_cells; ///< when it last looked around
   bool approach;        ///< the goal is occupied: going beside it, to look from nearer
+  bool wandering;       ///< exploring by random points: on its way to one
+  bool looked;          ///< it has looked around since the last plan
   uint8_t looks_left;   ///< turns to look around that are left before "no way" is final
   uint8_t stalls;       ///< stops without progress, one after the other
+  uint8_t rounds_left;  ///< doubts that are left before "explored" is final
+  uint8_t given_up;     ///< frontiers where looking showed nothing
+  frontier_vain_t vain;
 } nav_plan_t;
 
 /** Finding itself again: a full turn, then short moves with a turn behind each. */

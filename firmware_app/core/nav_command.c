@@ -38,6 +38,7 @@ void nav_config_default(nav_config_t *cfg) {
   cfg->planner = NAV_PLANNER_RRTSTAR;
   cfg->slam = NAV_SLAM_MAP;
   cfg->lost = NAV_LOST_HOME;
+  cfg->frontier = FRONTIER_GAIN;
 }
 
 static bool within(float value, float low, float high) {
@@ -54,7 +55,7 @@ mission_reason_t nav_config_check(const nav_config_t *cfg) {
               within(cfg->area_max_m.y, -AREA_MAX_M, AREA_MAX_M) &&
               within(cfg->low_battery_v, 2.8f, 4.2f) && within(cfg->lost_time_s, 0.5f, 600.0f) &&
               (unsigned)cfg->planner < NAV_PLANNERS && (unsigned)cfg->slam < NAV_SLAM_MODES &&
-              (unsigned)cfg->lost < NAV_LOST_POLICIES &&
+              (unsigned)cfg->lost < NAV_LOST_POLICIES && (unsigned)cfg->frontier < FRONTIER_MODES &&
               (unsigned)cfg->follower.yaw_mode < FOLLOWER_YAW_MODES;
   return good ? MISSION_OK : MISSION_BAD_VALUE;
 }

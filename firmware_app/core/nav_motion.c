@@ -7,9 +7,7 @@
 #include "nav_parts.h"
 
 enum {
-  STALLS_MAX = 6,      ///< stops without progress before a task is given up
-  FRONTIER_CELLS = 20, ///< fewer new cells at a frontier are no progress
-  FRONTIERS_VAIN = 3,  ///< frontiers without progress that end an exploration
+  STALLS_MAX = 6, ///< stops without progress before a task is given up
 };
 
 static const float HEIGHT_REACHED_M = 0.06f;
@@ -68,9 +66,11 @@ static follower_command_t turn_around(nav_t *nav) {
   return command;
 }
 
-/** Too many looks and retreats without getting on: give up, say so, hold. @return false if so */
+/** Too many looks and retreats without getting on: give up, say so, hold; exploring, it flies
+ * elsewhere. @return false if it gave up */
 static bool keep_trying(nav_t *nav) {
-  if (nav->mission.task == MISSION_TASK_NONE || ++nav->plan.stalls <= STALLS_MAX) {
+  if (nav->mission.task == MISSION_TASK_NONE || nav->mission.task == MISSION_TASK_EXPLORE ||
+      ++nav->plan.stalls <= STALLS_MAX) {
     return true;
   }
   nav_emit(nav, WIRE_EVENT_REFUSED, MISSION_STUCK, pose2_position(nav->pose));
@@ -89,28 +89,19 @@ static void note_progress(nav_t *nav) {
   if (nav->follower.progress_m > nav->best_progress_m + PROGRESS_M) {
     nav->best_progress_m = nav->follower.progress_m;
     nav->state_since_ms = nav_now_ms(nav);
-    nav->plan.stalls = 0;
+    nav->plan.stalls = nav->mission.task == MISSION_TASK_EXPLORE ? nav->plan.stalls : 0u;
     nav->plan.looks_left = NAV_LOOKS;
   }
 }
 
-/** At the end of a route. An exploration ends when frontiers show nothing new. */
+/** At the end of a route. */
 static void arrive(nav_t *nav) {
   if (nav->plan.approach) {
     look_again(nav);
     return;
   }
   nav_emit(nav, WIRE_EVENT_ARRIVED, (uint8_t)nav->mission.task, pose2_position(nav->pose));
-  if (nav->mission.task == MISSION_TASK_EXPLORE) {
-    bool vain = nav->grid.known < nav->plan.known_cells + FRONTIER_CELLS;
-    nav->plan.known_cells = nav->grid.known;
-    nav->plan.stalls = vain ? (uint8_t)(nav->plan.stalls + 1u) : 0;
-    if (nav->plan.stalls >= FRONTIERS_VAIN) {
-      nav_emit(nav, WIRE_EVENT_EXPLORED, 0, pose2_position(nav->pose));
-      nav_set_task(nav, MISSION_TASK_HOME);
-      return;
-    }
-  }
+  nav->plan.wandering = false;
   nav_apply(nav, MISSION_EV_ARRIVED);
   nav->post.x_m = nav->goal_m.x;
   nav->post.y_m = nav->goal_m.y;

@@ -30,6 +30,8 @@ pose2_t nav_estimate(const nav_t *nav);
 /** Of the pose, for the ground [%]. */
 uint8_t nav_confidence(const nav_t *nav);
 
+/** Nothing was looked at in vain yet. */
+void nav_start_exploring(nav_t *nav);
 /** One slice of planning, where the state asks for it. A new plan is asked for by plan.stage =
  * NAV_PLAN_BEGIN. */
 void nav_plan_step(nav_t *nav);

@@ -3,12 +3,21 @@
 /* Planning in slices. A plan for the goal of the last one goes on from its way. */
 #include "nav.h"
 #include "nav_parts.h"
+#include "rng.h"
 
 enum {
   UNITS_PER_TICK = 16,   ///< of the planner's budget
+  FRONTIER_UNITS = 40,   ///< the same, exploring: its pieces are small
   BESIDE_CELLS = 6,      ///< so near to the place beside an occupied goal, it has been looked at
   START_FREE_CELLS = 10, ///< how far the way out of an inflated zone may be
+  NEWS_CELLS = 20,       ///< fewer cells that are newly known are no progress
+  VAIN_LOOKS = 2,        ///< looks around that show nothing, on the way to a frontier
+  GIVE_UP_AFTER = 40,    ///< so many frontiers in vain end an exploration
+  DRAWS = 30,            ///< of a random point, until one is free
+  ROUNDS = 0,            ///< doubts before an exploration is over
 };
+
+static const float AT_FRONTIER_M = 0.5f;
 
 static vec2_t goal_of_task(const nav_t *nav) {
   return nav->mission.task == MISSION_TASK_HOME ? pose2_position(nav->home) : nav->goal_m;
@@ -56,6 +65,36 @@ static bool exploring(const nav_t *nav) {
   return nav->mission.task == MISSION_TASK_EXPLORE;
 }
 
+void nav_start_exploring(nav_t *nav) {
+  nav->plan.stalls = 0;
+  nav->plan.known_cells = 0;
+  nav->plan.rounds_left = ROUNDS;
+  nav->plan.given_up = 0;
+  nav->plan.looked = nav->plan.wandering = false;
+  nav->plan.vain = (frontier_vain_t){.count = 0};
+}
+
+/** After a look around: did it show anything? A frontier where it does not is left alone. */
+static void judge_look(nav_t *nav) {
+  nav_plan_t *plan = &nav->plan;
+  if (!plan->looked) {
+    return;
+  }
+  bool news = nav->grid.known >= plan->known_cells + NEWS_CELLS;
+  bool there = vec2_distance(pose2_position(nav->pose), nav->goal_m) < AT_FRONTIER_M;
+  plan->looked = false;
+  plan->known_cells = nav->grid.known;
+  plan->stalls = news ? 0u : (uint8_t)(plan->stalls + 1u);
+  grid_cell_t cell;
+  if (!news && (there || plan->stalls >= VAIN_LOOKS) &&
+      grid_locate(&nav->grid, nav->goal_m, &cell)) {
+    frontier_vain_add(&plan->vain, cell);
+    plan->wandering = false;
+    plan->given_up++;
+    plan->stalls = 0;
+  }
+}
+
 /** Set the planner to work from plan.start_cells. */
 static void start_search(nav_t *nav, vec2_t last_goal_cells) {
   nav_plan_t *plan = &nav->plan;
@@ -64,7 +103,11 @@ static void start_search(nav_t *nav, vec2_t last_goal_cells) {
   cfg.grid_only = nav->cfg.planner == NAV_PLANNER_GRID;
   bool same = vec2_distance(last_goal_cells, plan->goal_cells) == 0.0f;
   if (exploring(nav)) {
-    pathfinder_start_frontier(planner, &cfg, &nav->clearance, plan->start_cells);
+    judge_look(nav);
+  }
+  if (exploring(nav) && !plan->wandering) {
+    pathfinder_start_frontier(planner, &cfg, &nav->clearance, plan->start_cells, nav->cfg.frontier,
+                              &plan->vain, plan->goal_cells);
   } else if (same && !cfg.grid_only && planner->grown) {
     pathfinder_repair(planner, &nav->clearance, plan->start_cells);
   } else {
@@ -123,12 +166,45 @@ static void finish(nav_t *nav) {
   nav_apply(nav, MISSION_EV_ROUTE);
 }
 
+/** No frontier is left. Noise may have closed a door: what little speaks for is looked at again. */
+static void end_exploring(nav_t *nav) {
+  nav_plan_t *plan = &nav->plan;
+  plan->stage = NAV_PLAN_DONE;
+  if (plan->rounds_left > 0 && mission_airborne(nav->mission.state)) {
+    plan->rounds_left--;
+    plan->vain.count = 0;
+    doubt(nav);
+    nav_apply(nav, MISSION_EV_LOOK);
+    return;
+  }
+  nav_emit(nav, WIRE_EVENT_EXPLORED, 0, pose2_position(nav->pose));
+  nav_set_task(nav, MISSION_TASK_HOME);
+}
+
+/** Something is left to explore: look for it at a random point of the area. */
+static void wander(nav_t *nav) {
+  nav_plan_t *plan = &nav->plan;
+  rng_t rng = rng_seed(nav->cfg.seed + nav_now_ms(nav));
+  for (int i = 0; i < DRAWS; i++) {
+    plan->goal_cells.x = rng_uniform(&rng) * (float)GRID_SIDE_CELLS;
+    plan->goal_cells.y = rng_uniform(&rng) * (float)GRID_SIDE_CELLS;
+    if (!clearance_blocked_at(&nav->clearance, plan->goal_cells)) {
+      plan->wandering = true;
+      nav->goal_m = grid_to_metres(&nav->grid, plan->goal_cells);
+      break;
+    }
+  }
+  plan->stage = NAV_PLAN_BEGIN;
+}
+
 /** Nothing more can be reached: the goal is walled off, or everything is explored. */
 static void no_way(nav_t *nav) {
+  if (nav->plan.wandering) {
+    wander(nav);
+    return;
+  }
   if (exploring(nav)) {
-    nav->plan.stage = NAV_PLAN_DONE;
-    nav_emit(nav, WIRE_EVENT_EXPLORED, 0, pose2_position(nav->pose));
-    nav_set_task(nav, MISSION_TASK_HOME);
+    end_exploring(nav);
     return;
   }
   fail(nav, MISSION_GOAL_UNREACHABLE,
@@ -140,14 +216,16 @@ static void found(nav_t *nav) {
   if (nav->mission.state == MISSION_IDLE) {
     nav->plan.stage = NAV_PLAN_DONE;
     nav_apply(nav, MISSION_EV_WAY_EXISTS);
+  } else if (exploring(nav) && nav->cfg.frontier == FRONTIER_RANDOM && !nav->plan.wandering) {
+    wander(nav);
   } else if (pathfinder_enough(&nav->planner)) {
     finish(nav);
   }
 }
 
 static void search(nav_t *nav) {
-  pathfinder_status_t status =
-      pathfinder_extend(&nav->planner, &nav->clearance, &nav->grid, UNITS_PER_TICK);
+  pathfinder_status_t status = pathfinder_extend(&nav->planner, &nav->clearance, &nav->grid,
+                                                 exploring(nav) ? FRONTIER_UNITS : UNITS_PER_TICK);
   nav->status.plan_nodes = (uint16_t)pathfinder_nodes(&nav->planner);
   switch (status) {
   case PATHFINDER_SEARCHING:

@@ -10,7 +10,8 @@ enum {
   UNITS_OF_STEP = 1,     ///< of a tree
   UNITS_OF_REWIRING = 2, ///< a sample once there is a way
   UNITS_OF_WAVE = 6,
-  UNITS_OF_FRONTIER_WAVE = 28, ///< it also looks at what was seen
+  ROWS_A_UNIT = 2,     ///< of a wave through observed cells
+  UNITS_OF_RATING = 2, ///< a frontier
   UNITS_OF_PULL = 2,
   UNITS_OF_WALK = 4,
 };
@@ -153,13 +154,17 @@ pathfinder_status_t pathfinder_start(pathfinder_t *planner, const pathfinder_con
 }
 
 pathfinder_status_t pathfinder_start_frontier(pathfinder_t *planner, const pathfinder_config_t *cfg,
-                                              const clearance_t *clearance, vec2_t start_cells) {
+                                              const clearance_t *clearance, vec2_t start_cells,
+                                              frontier_mode_t mode, const frontier_vain_t *vain,
+                                              vec2_t last_cells) {
   reset(planner, cfg, start_cells, start_cells, 0u);
   planner->cfg.grid_only = true;
   if (clearance_blocked_at(clearance, start_cells)) {
     planner->status = PATHFINDER_START_BLOCKED;
   } else {
-    start_wave(planner, WAVEFRONT_TO_FRONTIER);
+    start_wave(planner, WAVEFRONT_OBSERVED);
+    frontier_start(&planner->search.frontier, mode, vain,
+                   (grid_cell_t){(int)last_cells.x, (int)last_cells.y});
   }
   return planner->status;
 }
@@ -229,6 +234,37 @@ static void sample(pathfinder_t *planner, const clearance_t *clearance) {
   }
 }
 
+/** The way is to the best frontier, if there is one. @return false if there is none */
+static bool aim_at_frontier(pathfinder_t *planner) {
+  const frontier_t *frontier = &planner->search.frontier;
+  if (!frontier_found(frontier)) {
+    return false;
+  }
+  wavefront_aim(&planner->search.wave, frontier->best, frontier->best_waves);
+  planner->stage = PATHFINDER_WALK;
+  return true;
+}
+
+static void frontier_wave(pathfinder_t *planner, const clearance_t *clearance, const grid_t *grid) {
+  wavefront_t *wave = &planner->search.wave;
+  frontier_t *frontier = &planner->search.frontier;
+  if (frontier_look(frontier, wave, grid, clearance)) {
+    planner->credit -= UNITS_OF_RATING;
+    return;
+  }
+  int rows = 0;
+  for (int i = 0; i < GRID_BIT_WORDS; i++) {
+    rows += bits_in(wave->rows[i]);
+  }
+  planner->credit -= 1 + rows / ROWS_A_UNIT;
+  bool over = frontier_decided(frontier, wave) ||
+              wavefront_extend(wave, clearance, grid, 1) == WAVEFRONT_EXHAUSTED;
+  if (over && !aim_at_frontier(planner)) {
+    planner->status = PATHFINDER_NO_WAY;
+    planner->stage = PATHFINDER_END;
+  }
+}
+
 static void wave(pathfinder_t *planner, const clearance_t *clearance, const grid_t *grid) {
   switch (wavefront_extend(&planner->search.wave, clearance, grid, 1)) {
   case WAVEFRONT_REACHED:
@@ -246,7 +282,7 @@ static void wave(pathfinder_t *planner, const clearance_t *clearance, const grid
 /** Walk back along the wave; its ends are cell centres, the way's are the true ones. */
 static void walk(pathfinder_t *planner, const clearance_t *clearance) {
   lattice_t *way = planner->taut.points;
-  bool frontier = planner->search.wave.kind == WAVEFRONT_TO_FRONTIER;
+  bool frontier = planner->search.wave.kind == WAVEFRONT_OBSERVED;
   int count = wavefront_path(&planner->search.wave, clearance, way, TAUT_POINTS - 2, STEPS_OF_WALK);
   if (count == WAVEFRONT_WALKING) {
     return;
@@ -348,9 +384,12 @@ pathfinder_status_t pathfinder_extend(pathfinder_t *planner, const clearance_t *
       sample(planner, clearance);
       break;
     case PATHFINDER_WAVE:
-      planner->credit -= planner->search.wave.kind == WAVEFRONT_TO_FRONTIER ? UNITS_OF_FRONTIER_WAVE
-                                                                            : UNITS_OF_WAVE;
-      wave(planner, clearance, grid);
+      if (planner->search.wave.kind == WAVEFRONT_OBSERVED) {
+        frontier_wave(planner, clearance, grid);
+      } else {
+        planner->credit -= UNITS_OF_WAVE;
+        wave(planner, clearance, grid);
+      }
       break;
     case PATHFINDER_WALK:
       walk(planner, clearance);

@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "clearance.h"
+#include "frontier.h"
 #include "geometry.h"
 #include "grid.h"
 #include "rrtstar.h"
@@ -68,7 +69,10 @@ typedef struct {
   taut_t taut; ///< a new way
   union {
     rrtstar_t rrt;
-    wavefront_t wave;
+    struct {
+      wavefront_t wave;
+      frontier_t frontier; ///< beside a wave of WAVEFRONT_OBSERVED
+    };
   } search; ///< the two take turns
 } pathfinder_t;
 
@@ -76,10 +80,13 @@ pathfinder_config_t pathfinder_config_default(void);
 pathfinder_status_t pathfinder_start(pathfinder_t *planner, const pathfinder_config_t *cfg,
                                      const clearance_t *clearance, vec2_t start_cells,
                                      vec2_t goal_cells, uint32_t seed);
-/** Look for the way to the nearest frontier (WAVEFRONT_TO_FRONTIER); no way means that all is known
- * that can be reached. */
+/** Look for the way to the frontier that is worth most (frontier.h); no way means that none is
+ * left.
+ */
 pathfinder_status_t pathfinder_start_frontier(pathfinder_t *planner, const pathfinder_config_t *cfg,
-                                              const clearance_t *clearance, vec2_t start_cells);
+                                              const clearance_t *clearance, vec2_t start_cells,
+                                              frontier_mode_t mode, const frontier_vain_t *vain,
+                                              vec2_t last_cells);
 /** The map or the start has changed since a way was known: keep what still holds of the way and
  * look first where it broke. Same as pathfinder_start where no way was known. */
 pathfinder_status_t pathfinder_repair(pathfinder_t *planner, const clearance_t *clearance,

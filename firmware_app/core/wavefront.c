@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#pragma GCC optimize("O3", "fp-contract=off")
+#pragma GCC optimize("O2", "fp-contract=off")
 #include "wavefront.h"
 
 #include <string.h>
@@ -74,7 +74,7 @@ static void read_row(const wavefront_t *wave, const clearance_t *clearance, cons
   }
   uint32_t known[GRID_BIT_WORDS];
   memcpy(known, wave->columns, sizeof known);
-  if (wave->kind == WAVEFRONT_TO_FRONTIER) {
+  if (wave->kind == WAVEFRONT_OBSERVED) {
     grid_known_row(grid, iy, known);
   }
   uint32_t label = label_of(wave->waves);
@@ -118,8 +118,9 @@ static void unknown_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS
   }
 }
 
-/** Column of the first of these cells of a row that has an unknown neighbour, -1 if none has. */
-static int first_frontier(const grid_t *grid, int iy, const uint32_t cells[GRID_BIT_WORDS]) {
+/** Note which of these cells of a row have an unobserved neighbour. */
+static void meet(wavefront_t *wave, const grid_t *grid, int iy,
+                 const uint32_t fresh[GRID_BIT_WORDS]) {
   uint32_t above[GRID_BIT_WORDS];
   uint32_t here[GRID_BIT_WORDS];
   uint32_t below[GRID_BIT_WORDS];
@@ -127,27 +128,14 @@ static int first_frontier(const grid_t *grid, int iy, const uint32_t cells[GRID_
   unknown_row(grid, iy, here);
   unknown_row(grid, iy - 1, below);
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    uint32_t frontier = (above[i] | below[i] | sideways(here, i)) & cells[i];
-    if (frontier != 0u) {
-      return i * 32 + __builtin_ctz(frontier);
+    uint32_t cells = (above[i] | below[i] | sideways(here, i)) & fresh[i];
+    while (cells != 0u && wave->met < WAVEFRONT_MET) {
+      int bit = __builtin_ctz(cells);
+      wave->met_ix[wave->met] = (uint8_t)(i * 32 + bit);
+      wave->met_iy[wave->met++] = (uint8_t)iy;
+      cells &= ~(0xFFu << (bit & ~7));
     }
   }
-  return -1;
-}
-
-/** Among the freshly reached cells of a row, one that the wave is for; its column, or -1. */
-static int target_in_row(const wavefront_t *wave, const grid_t *grid, int iy,
-                         const uint32_t fresh[GRID_BIT_WORDS]) {
-  int ix = wave->target.ix;
-  switch (wave->kind) {
-  case WAVEFRONT_TO_CELL:
-    return iy == wave->target.iy && (fresh[ix / 32] >> (ix % 32) & 1u) != 0u ? ix : -1;
-  case WAVEFRONT_TO_FRONTIER:
-    return first_frontier(grid, iy, fresh);
-  case WAVEFRONT_EVERYWHERE:
-    break;
-  }
-  return -1;
 }
 
 /** Give these cells of a row the label of the new wave. */
@@ -158,9 +146,11 @@ static void label_row(wavefront_t *wave, const grid_t *grid, int iy,
     wave->low[iy * GRID_BIT_WORDS + i] |= (label & 1u) != 0u ? fresh[i] : 0u;
     wave->high[iy * GRID_BIT_WORDS + i] |= (label & 2u) != 0u ? fresh[i] : 0u;
   }
-  int ix = wave->status == WAVEFRONT_RUNNING ? target_in_row(wave, grid, iy, fresh) : -1;
-  if (ix >= 0) {
-    wave->target = (grid_cell_t){ix, iy};
+  int ix = wave->target.ix;
+  if (wave->kind == WAVEFRONT_OBSERVED) {
+    meet(wave, grid, iy, fresh);
+  } else if (wave->kind == WAVEFRONT_TO_CELL && iy == wave->target.iy &&
+             (fresh[ix / 32] >> (ix % 32) & 1u) != 0u) {
     wave->status = WAVEFRONT_REACHED;
   }
 }
@@ -205,6 +195,7 @@ static bool one_wave(wavefront_t *wave, const clearance_t *clearance, const grid
   uint32_t reached[GRID_BIT_WORDS] = {0u};
   wave_row_t rows[3]; // row iy is kept in rows[iy % 3]
   int ready = -2;     // the last row that was read
+  wave->met = 0;
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
     touched[i] = wave->rows[i] | sideways(wave->rows, i);
   }
@@ -234,6 +225,12 @@ wavefront_status_t wavefront_extend(wavefront_t *wave, const clearance_t *cleara
     }
   }
   return wave->status;
+}
+
+void wavefront_aim(wavefront_t *wave, grid_cell_t target, int waves) {
+  wave->target = target;
+  wave->waves = (uint16_t)waves;
+  wave->status = WAVEFRONT_REACHED;
 }
 
 /** Look in one row for a reached cell that is nearer to the point. */

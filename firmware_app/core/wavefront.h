@@ -18,7 +18,7 @@
 #include "grid.h"
 #include "lattice.h"
 
-enum { WAVEFRONT_WALKING = -1 };
+enum { WAVEFRONT_WALKING = -1, WAVEFRONT_MET = 64 };
 
 typedef enum {
   WAVEFRONT_RUNNING,
@@ -26,12 +26,11 @@ typedef enum {
   WAVEFRONT_EXHAUSTED, ///< everything reachable is labelled and the target is not among it
 } wavefront_status_t;
 
-/** What the wave looks for: one cell, or any cell of a kind. */
+/** What the wave looks for, and where it may go. */
 typedef enum {
-  WAVEFRONT_TO_CELL,     ///< the target cell
-  WAVEFRONT_TO_FRONTIER, ///< an observed cell beside an unknown one; the wave stays in observed
-                         ///< cells
-  WAVEFRONT_EVERYWHERE,  ///< nothing: label all that can be reached
+  WAVEFRONT_TO_CELL,    ///< the target cell
+  WAVEFRONT_OBSERVED,   ///< nothing: label all that can be reached through observed cells
+  WAVEFRONT_EVERYWHERE, ///< nothing: label all that can be reached
 } wavefront_kind_t;
 
 typedef struct {
@@ -44,11 +43,15 @@ typedef struct {
   wavefront_kind_t kind;
   grid_cell_t root;
   grid_cell_t target; ///< the cell met, once reached
-  uint16_t waves;
-  uint16_t walked; ///< steps back from the target
-  grid_cell_t at;  ///< where the walk is
-  int points;      ///< of its path
+  uint16_t waves;     ///< so far; once reached: to the target
+  uint16_t walked;    ///< steps back from the target
+  grid_cell_t at;     ///< where the walk is
+  int points;         ///< of its path
   wavefront_status_t status;
+  /** WAVEFRONT_OBSERVED: cells beside unobserved ones that the last wave reached; of each eight in
+   * a row one, of all the first so many. */
+  uint8_t met_ix[WAVEFRONT_MET], met_iy[WAVEFRONT_MET];
+  uint8_t met;
 } wavefront_t;
 
 /** Begin at the root cell, which is taken as free: from a blocked place give the nearest free cell
@@ -57,10 +60,12 @@ void wavefront_start(wavefront_t *wave, wavefront_kind_t kind, grid_cell_t root,
                      grid_cell_t target);
 /** Keep the wave in these cells, both included; root and target must be among them. */
 void wavefront_limit(wavefront_t *wave, grid_cell_t low, grid_cell_t high);
-/** Advance up to max_waves. The grid is read for WAVEFRONT_TO_FRONTIER alone. */
+/** Advance up to max_waves. The grid is read for WAVEFRONT_OBSERVED alone. */
 wavefront_status_t wavefront_extend(wavefront_t *wave, const clearance_t *clearance,
                                     const grid_t *grid, int max_waves);
 bool wavefront_reached(const wavefront_t *wave, int ix, int iy);
+/** Let a cell that wave number `waves` reached be the target. */
+void wavefront_aim(wavefront_t *wave, grid_cell_t target, int waves);
 /** Reached cell nearest to the point (in cells). */
 grid_cell_t wavefront_nearest(const wavefront_t *wave, vec2_t point_cells);
 /** Once the target is met: walk back from it to the root, max_steps at a time. The path's points

@@ -23,7 +23,7 @@ FLOATS = [
     "lowBat",
     "cell",
 ]
-BYTES = ["yawMode", "planner", "slam", "lost"]
+BYTES = ["yawMode", "planner", "slam", "lost", "frontier"]
 BAD = [(name, value) for name in FLOATS for value in (math.nan, math.inf, -1e30, 1e30)]
 BAD += [(name, 200) for name in BYTES]
 BAD += [("height", 0.0), ("speed", -0.1), ("clearance", 0.0), ("cell", 0.0), ("lowBat", 0.0)]
@@ -38,6 +38,7 @@ GOOD = [
     ("areaX0", -2.0),
     ("areaY1", 2.5),
     ("lost", 3),
+    ("frontier", 2),
     ("lostTime", 2.5),
     ("lowBat", 3.5),
     ("cell", 0.1),

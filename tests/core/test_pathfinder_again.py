@@ -2,24 +2,17 @@
 """The pathfinder once more: to the next frontier, and after the map or the start has changed."""
 
 import math
-from itertools import product
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import ffi, lib
+from ground.core import lib
 from tests.core import oracles
 from tests.core.forest import checked
 from tests.core.maps import (
-    FREE,
     SIDE,
     blocked_bits,
-    fill,
-    new_clearance,
-    new_grid,
-    occupy,
     vec2,
     with_walls,
 )
@@ -37,50 +30,9 @@ from tests.core.searches import (
     finish,
     furnish,
     inside,
-    path_of,
     seeds,
     wall_with_gap,
 )
-
-ROOM = range(40, 81)
-in_room = st.tuples(st.sampled_from(ROOM), st.sampled_from(ROOM))
-
-
-@given(st.sets(in_room, max_size=300), in_room, st.sets(in_room, max_size=60))
-def test_the_nearest_frontier_is_found_exactly_if_there_is_one(
-    where: set[Cell], start: Cell, unseen: set[Cell]
-) -> None:
-    grid = new_grid()
-    fill(grid, FREE)
-    occupy(grid, where - {start})
-    occupy(grid, {(x, y) for x in range(39, 82) for y in range(39, 82)} - set(product(ROOM, ROOM)))
-    clearance = new_clearance(grid)
-    known = np.ones((SIDE, SIDE), dtype=bool)
-    for x, y in unseen - {start}:
-        lib.grid_set_value(grid, x, y, lib.GRID_UNKNOWN)
-        known[y, x] = False
-    planner = ffi.new("pathfinder_t *")
-    cfg = ffi.new("pathfinder_config_t *", lib.pathfinder_config_default())
-    lib.pathfinder_start_frontier(planner, cfg, clearance, vec2(*centre(start)))
-    lib.pathfinder_extend(planner, clearance, grid, LONGEST)
-    count = oracles.waves(blocked_bits(clearance) | ~known, start)
-    frontier = [
-        (x, y)
-        for x, y in set(count) - {start}
-        if any(
-            0 <= a < SIDE and 0 <= b < SIDE and not known[b, a]
-            for a, b in ((x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1))
-        )
-    ]
-    if not frontier:
-        assert planner.status == lib.PATHFINDER_NO_WAY
-        return
-    end = path_of(planner)[-1]
-    cell = math.floor(end[0]), math.floor(end[1])
-    assert_good(planner, clearance, centre(start), end)
-    assert cell in frontier
-    assert count[cell] == min(count[c] for c in frontier)
-    assert lib.pathfinder_enough(planner)
 
 
 @given(boxes, boxes, inside, seeds, st.integers(0, 600), st.booleans())

@@ -90,7 +90,7 @@ def test_a_file_includes_only_the_core_and_the_standard(path: Path) -> None:
 def test_every_source_file_turns_contraction_off(path: Path) -> None:
     """Before anything else: else the chip would fuse a * b + c and no longer equal this machine."""
     lines = [line for line in path.read_text().splitlines() if not line.startswith("//")]
-    assert re.fullmatch(r'#pragma GCC optimize\(("O3", )?"fp-contract=off"\)', lines[0])
+    assert re.fullmatch(r'#pragma GCC optimize\(("O[23]", )?"fp-contract=off"\)', lines[0])
 
 
 def test_every_source_file_is_in_the_firmware_build() -> None:

@@ -219,8 +219,13 @@ static uint32_t hash_plans(uint32_t hash, vec2_t start, vec2_t goal, uint32_t se
     pathfinder_repair(&planner, &clearance, start);
     hash = hash_planner(hash);
   }
-  pathfinder_start_frontier(&planner, &cfg, &clearance, start);
-  return hash_planner(hash);
+  for (int mode = FRONTIER_GAIN; mode < FRONTIER_MODES; mode++) {
+    frontier_vain_t vain = {.count = 0};
+    pathfinder_start_frontier(&planner, &cfg, &clearance, start, (frontier_mode_t)mode, &vain,
+                              goal);
+    hash = hash_planner(hash);
+  }
+  return hash;
 }
 
 static void rooms(void) {

@@ -3,12 +3,17 @@
 
 import csv
 import json
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from ground.cli import app
+from ground.cli_parts import EXIT_INTERRUPTED
 from ground.sim.campaign.flights import Mission, row_of
 from ground.sim.campaign.rows import RowFile
 from ground.sim.worldfile import read_world
@@ -71,6 +76,22 @@ def test_an_interrupted_campaign_goes_on_where_it_was(flown: Path, tmp_path: Pat
     run("--missions", str(MISSIONS), "--resume", str(kept))
     assert rows(kept) == rows(flown / "rows.csv")
     assert "".join(whole[:-2]) == "".join(kept.read_text().splitlines(keepends=True)[:-2])
+
+
+def test_ctrl_c_leaves_whole_rows(tmp_path: Path) -> None:
+    kept = tmp_path / "rows.csv"
+    command = [sys.executable, "-m", "ground", "campaign", "--seed", "3", "--missions", "500"]
+    command += ["--workers", "1", "--resume", str(kept)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as flying:
+        while not kept.exists() or len(kept.read_text().splitlines()) < 3:
+            assert flying.poll() is None
+            time.sleep(0.2)
+        flying.send_signal(signal.SIGINT)
+        assert flying.wait() == EXIT_INTERRUPTED
+    assert kept.read_text().endswith("\n")
+    found = RowFile(kept).read()
+    assert 2 <= len(found) < 500
+    assert {row.number for row in found} == set(range(len(found)))
 
 
 def test_rows_of_another_campaign_are_refused(flown: Path) -> None:

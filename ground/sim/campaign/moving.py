@@ -11,16 +11,15 @@ from typing import Final
 import numpy as np
 
 from ground.core import MissionCmd
-from ground.map import GroundMap
 from ground.model import Point
 from ground.sim.campaign.flights import Flight, Judge, Mission
+from ground.sim.campaign.ghosts import count_ghosts, where
 from ground.sim.campaign.goto import Task, reachable_task, row_for
 from ground.sim.campaign.movers import PERSON, draw_crate, draw_door, draw_person
 from ground.sim.campaign.scenes import Scene, draw_scene
 from ground.sim.campaign.truth import TrueMap
-from ground.sim.footprints import Array, position_m
+from ground.sim.footprints import Array
 from ground.sim.pilot import Pilot
-from ground.sim.world import World
 from ground.sim.worldspec import Obstacle
 from ground.sim.worldspec import Point as Place
 
@@ -30,10 +29,7 @@ LIMIT_S: Final = 300.0
 FORGET_S: Final = 20.0
 """So long after they have gone nothing of them may be left in the map."""
 _STYLES: Final = ("home", "office", "clutter")
-_SAMPLE_S: Final = 0.1
 _FLYING_M: Final = 0.1
-_SURFACE_M: Final = 0.3
-_BESIDE_M: Final = 0.3
 
 
 def draw_task(rng: np.random.Generator) -> tuple[Task, tuple[Obstacle, ...]]:
@@ -67,7 +63,8 @@ def fly_moving(mission: Mission) -> Flight:
     gone_s = max((mover.vanishes_s for mover in movers if mover.name == PERSON), default=0.0)
     pilot.rest(max(0.0, gone_s + FORGET_S - pilot.time_s))
     pilot.fetch_map()
-    ghosts = _ghosts(pilot.picture.map, world, scene.truth, movers)
+    drawn = pilot.picture.map.obstacles_m()
+    ghosts = count_ghosts(np.column_stack(world.to_world(*drawn.T)), scene.truth, movers)
     pilot.land()
     judge = Judge(pilot, world)
     row = row_for(mission, task, outcome, judge, goal, begin_s, end_s)
@@ -82,10 +79,6 @@ def fly_moving(mission: Mission) -> Flight:
     return replace(flight, goal_m=task.goal_m, way_m=task.way_m)
 
 
-def _where(mover: Obstacle, time_s: float) -> Place:
-    return position_m(mover, time_s - (mover.motion.start_s if mover.motion else 0.0))
-
-
 def _nearest_m(trail: Array, movers: Sequence[Obstacle], scene: Scene) -> float | None:
     """Least distance in flight from the drone's middle to a slow person in its sight."""
     nearest = math.inf
@@ -94,7 +87,7 @@ def _nearest_m(trail: Array, movers: Sequence[Obstacle], scene: Scene) -> float 
         for person in slow if z_m > _FLYING_M else ():
             if time_s >= person.vanishes_s:
                 continue
-            there = _where(person, time_s)
+            there = where(person, time_s)
             gap_m = math.dist((x_m, y_m), there) - person.radius_m
             if gap_m < nearest and _in_sight(scene.truth, (x_m, y_m), there):
                 nearest = gap_m
@@ -104,25 +97,3 @@ def _nearest_m(trail: Array, movers: Sequence[Obstacle], scene: Scene) -> float 
 def _in_sight(truth: TrueMap, a: Place, b: Place) -> bool:
     points = np.linspace(a, b, 2 + int(math.dist(a, b) / 0.05))
     return all(truth.body_gap_m[truth.cell(point)] > 0.0 for point in points)
-
-
-def _ghosts(grid: GroundMap, world: World, truth: TrueMap, movers: Sequence[Obstacle]) -> int:
-    """Occupied cells where people walked, and nothing that stands still is near."""
-    found = grid.obstacles_m()
-    if not len(found):
-        return 0
-    places = np.column_stack(world.to_world(found[:, 0], found[:, 1]))
-    cells = tuple(np.array([truth.cell(place) for place in places]).T)
-    walked = np.zeros(len(places), bool)
-    for person in movers:
-        if person.name == PERSON:
-            times = np.arange(0.0, person.vanishes_s, _SAMPLE_S)
-            way = np.array([_where(person, time_s) for time_s in times])
-            gaps = np.hypot(*(places[:, None] - way).T).min(axis=0)
-            walked |= gaps < person.radius_m + _BESIDE_M
-    others = [m for m in movers if m.name != PERSON]
-    near_others = np.zeros(len(places), bool)
-    for mover in others:
-        stops = [mover.center_m, *(mover.motion.path_m if mover.motion else ())]
-        near_others |= np.min([np.hypot(*(places - stop).T) for stop in stops], axis=0) < 1.0
-    return int(np.sum(walked & (truth.body_gap_m[cells] > _SURFACE_M) & ~near_others))

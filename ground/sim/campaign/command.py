@@ -18,6 +18,7 @@ from ground.sim.campaign.figures import checks, figures
 from ground.sim.campaign.flights import Mission, fly
 from ground.sim.campaign.rows import Row, RowFile
 from ground.sim.campaign.runner import cluster, fly_all, left_to_fly, processes
+from ground.sim.world import World
 from ground.sim.worldtext import world_text
 
 
@@ -73,6 +74,11 @@ def replay(wanted: Wanted, number: int, world: Path | None, out: Console) -> boo
         out.print(f"  touched something at {x_m:.2f} {y_m:.2f}")
     if world is not None:
         world.write_text(world_text(flight.spec), encoding="utf-8")
+        options = wanted.mission(number).options()
+        out.print(f"  wayflie sim --world {world} --seed {options.seed} --loss {wanted.like.loss}")
+        if flight.goal_m is not None:
+            x_m, y_m = World(flight.spec).to_map(*flight.goal_m)
+            out.print(f"  wayflie goto {x_m:.3f} {y_m:.3f}")
     if wanted.plot is not None:
         draw_flight(flight, wanted.plot)
     return flight.row.ok

@@ -107,7 +107,7 @@ def fly_explore(mission: Mission) -> Flight:
     )
     cause = "collision" if judge.collisions else cause_of(row)
     row = replace(row, cause=cause, ok=not cause)
-    return judge.flight(row, scene.spec)
+    return judge.flight(row)
 
 
 def _baseline_s(mission: Mission, scene: Scene) -> float:

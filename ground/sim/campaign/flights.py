@@ -99,13 +99,13 @@ class Judge:
         flying = self.trail[(self.trail[:, 0] <= end_s) & (self.trail[:, 3] > _IN_THE_AIR_M)]
         return float(np.hypot(*np.diff(flying[:, 1:3], axis=0).T).sum())
 
-    def flight(self, row: Row, spec: WorldSpec) -> Flight:
+    def flight(self, row: Row) -> Flight:
         """All of it, for drawing."""
         contacts = [self.place_m(contact["time_s"]) for contact in self.contacts]
         believed = np.array(self._pilot.believed).reshape(-1, 3)[:, 1:]
         return Flight(
             row,
-            spec,
+            self._world.spec,
             self.trail,
             contacts_m=np.array(contacts).reshape(-1, 2),
             believed_m=self._in_world(believed),

@@ -117,7 +117,7 @@ def fly_goto(mission: Mission) -> Flight:
     pilot.land()
     judge = Judge(pilot, world)
     row = row_for(mission, task, outcome, judge, goal, begin_s, end_s)
-    flight = judge.flight(row, task.scene.spec)
+    flight = judge.flight(row)
     return replace(flight, goal_m=task.goal_m, way_m=task.way_m)
 
 

@@ -75,7 +75,7 @@ def fly_moving(mission: Mission) -> Flight:
     )
     cause = row.cause or ("people left in the map" if row.ghosts else "")
     row = replace(row, cause=cause, ok=not cause)
-    flight = judge.flight(row, spec)
+    flight = judge.flight(row)
     return replace(flight, goal_m=task.goal_m, way_m=task.way_m)
 
 

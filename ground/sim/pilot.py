@@ -80,6 +80,8 @@ class Pilot:
         """Called when a whole second of simulated time has passed."""
         self._firmware = Firmware()
         self._simulator = Simulator(world, options, self._firmware)
+        if unknown := self._simulator.unknown_eeprom_names:
+            raise ValueError("no persistent parameter " + ", ".join(unknown))
         self._streams: list[_Stream] = []
         self._ack: Ack | None = None
         self._watch: Watch | None = None

@@ -114,9 +114,13 @@ def _baseline_s(mission: Mission, scene: Scene) -> float:
     """Until the same share is known; the limit if that never is."""
     other = replace(mission, settings=(*mission.settings, *mission.baseline))
     watcher = Watcher(other, scene)
-    watcher.pilot.fly(
-        MissionCmd.EXPLORE, limit_s=LIMIT_S, enough=lambda: watcher.known_s is not None
-    )
+    while watcher.known_s is None and watcher.passed_s < LIMIT_S:  # told again when it gives up
+        watcher.pilot.fly(
+            MissionCmd.EXPLORE,
+            limit_s=LIMIT_S - watcher.passed_s,
+            enough=lambda: watcher.known_s is not None,
+        )
+        watcher.pilot.rest(1.0)
     return LIMIT_S if watcher.known_s is None else watcher.known_s
 
 

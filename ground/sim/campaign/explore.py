@@ -12,10 +12,12 @@ import numpy as np
 from ground.core import CellState, EventCode, MissionCmd
 from ground.map import GroundMap
 from ground.sim.campaign.flights import Flight, Judge, Mission, word_for
+from ground.sim.campaign.overlay import lay_over
 from ground.sim.campaign.rows import Row
 from ground.sim.campaign.scenes import STYLES, Scene, draw_scene
 from ground.sim.footprints import Array
 from ground.sim.pilot import Pilot
+from ground.sim.world import World
 
 COMPLETE: Final = 0.95
 """A world is known when that share of its reachable area is."""
@@ -29,17 +31,23 @@ _LARGEST_ELSE_M2: Final = 50.0
 class Coverage:
     """How much of the area that can be reached is in the drone's map."""
 
-    def __init__(self, scene: Scene) -> None:
-        reached = np.argwhere(scene.reachable())
-        places = scene.truth.points_m[tuple(reached.T)]
-        c, s = math.cos(scene.spec.start_yaw_rad), math.sin(scene.spec.start_yaw_rad)
-        turned = (places - scene.spec.start_m) @ np.array([[c, -s], [s, c]])
-        self._places_m: Array = turned
+    def __init__(self, scene: Scene, world: World) -> None:
+        self._truth, self._world = scene.truth, world
+        self._places_m: Array = scene.truth.points_m[scene.reachable()]
 
     def of(self, grid: GroundMap) -> float:
         """Share of the places in whose cell something was observed."""
-        low = (grid.origin.x_m, grid.origin.y_m)
-        columns, rows = np.floor((self._places_m - low) / grid.cell_m).astype(int).T
+        return self._known(grid, self._places_m)
+
+    def of_fitted(self, grid: GroundMap) -> float:
+        """The same after the map was laid over the world."""
+        drawn_m = np.column_stack(self._world.to_world(*grid.obstacles_m().T))
+        return self._known(grid, lay_over(drawn_m, self._truth).lifted(self._places_m))
+
+    def _known(self, grid: GroundMap, places_m: Array) -> float:
+        x_m, y_m = self._world.to_map(places_m[:, 0], places_m[:, 1])
+        columns = np.floor((x_m - grid.origin.x_m) / grid.cell_m).astype(int)
+        rows = np.floor((y_m - grid.origin.y_m) / grid.cell_m).astype(int)
         side = len(grid.states)
         inside = (columns >= 0) & (columns < side) & (rows >= 0) & (rows < side)
         states = grid.states[rows.clip(0, side - 1), columns.clip(0, side - 1)]
@@ -61,7 +69,7 @@ class Watcher:
         self.world = mission.world(scene.spec)
         self.pilot = Pilot(self.world, mission.options())
         self.known_s: float | None = None
-        self.coverage = Coverage(scene)
+        self.coverage = Coverage(scene, self.world)
         self._begin_s = self.pilot.time_s
         self.pilot.every_second = self._look
 
@@ -101,7 +109,7 @@ def fly_explore(mission: Mission) -> Flight:
         known_s=watcher.known_s,
         flown_m=round(judge.flown_m(end_s), 3),
         miss_m=round(math.dist(judge.place_m(end_s), scene.spec.start_m), 3),
-        covered=round(watcher.coverage.of(pilot.picture.map), 4),
+        covered=round(watcher.coverage.of_fitted(pilot.picture.map), 4),
         claimed=claimed,
         baseline_s=_baseline_s(mission, scene) if mission.baseline else None,
     )

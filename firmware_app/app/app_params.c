@@ -17,7 +17,7 @@ static const float RAD_PER_DEG = 0.01745329252f;
 typedef struct {
   float height, speed, clearance, yaw_rate_dps;
   float area_x0, area_y0, area_x1, area_y1;
-  float lost_time, low_battery, cell;
+  float lost_time, low_battery, cell, look_age, look_width;
   uint8_t yaw_mode, planner, slam, lost, frontier;
   uint8_t unused[3];
 } values_t;
@@ -25,9 +25,10 @@ typedef struct {
 /** The same numbers as nav_config_default(): a client that asks for defaults gets these. */
 #define DEFAULTS                                                                                   \
   {                                                                                                \
-    .height = 0.4f, .speed = 0.4f, .clearance = 0.17f, .yaw_rate_dps = 40.0f, .area_x0 = -3.2f,    \
+    .height = 0.4f, .speed = 0.5f, .clearance = 0.17f, .yaw_rate_dps = 40.0f, .area_x0 = -3.2f,    \
     .area_y0 = -3.2f, .area_x1 = 3.2f, .area_y1 = 3.2f, .lost_time = 5.0f, .low_battery = 3.3f,    \
-    .cell = 0.05f, .slam = NAV_SLAM_MAP, .lost = NAV_LOST_HOME,                                    \
+    .cell = 0.05f, .look_age = 30.0f, .look_width = 0.1f, .slam = NAV_SLAM_MAP,                    \
+    .lost = NAV_LOST_HOME,                                                                         \
   }
 
 static values_t wanted = DEFAULTS;
@@ -76,6 +77,8 @@ static const tunable_t tunables[] = {
     TUNABLE("lostTime", NUMBER, lost_time, lost_time_s),
     TUNABLE("lowBat", NUMBER, low_battery, low_battery_v),
     TUNABLE("cell", NUMBER, cell, cell_m),
+    TUNABLE("lookAge", NUMBER, look_age, look_age_s),
+    TUNABLE("lookWidth", NUMBER, look_width, look_half_width_m),
 };
 
 enum { TUNABLES = sizeof tunables / sizeof *tunables };
@@ -289,6 +292,16 @@ PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lowBat, &wanted.low_batt
  * @brief Side of a grid cell, taken when the next map is made, 0.02 to 0.5 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, cell, &wanted.cell, on_change)
+/**
+ * @brief It flies only where it has looked within this time, else it turns and looks,
+ * 1 to 3600 [s]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lookAge, &wanted.look_age, on_change)
+/**
+ * @brief It flies only where so much to both sides of the way was observed,
+ * 0 to 0.5 [m]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lookWidth, &wanted.look_width, on_change)
 /**
  * @brief Not 0: test at the start, and when written on the ground without a map, that this drone
  * computes what a PC computes; takes some seconds. Log way.selfState tells

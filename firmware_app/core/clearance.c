@@ -120,6 +120,22 @@ bool clearance_blocked_at(const clearance_t *clearance, vec2_t point_cells) {
          clearance_blocked(clearance, (int)floorf(point_cells.x), (int)floorf(point_cells.y));
 }
 
+bool clearance_square_free(const clearance_t *clearance, vec2_t point_cells, int reach) {
+  if (!traceable(point_cells)) {
+    return false;
+  }
+  int ix = (int)floorf(point_cells.x);
+  int iy = (int)floorf(point_cells.y);
+  for (int y = iy - reach; y <= iy + reach; y++) {
+    for (int x = ix - reach; x <= ix + reach; x++) {
+      if (clearance_blocked(clearance, x, y)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
 bool clearance_segment_free(const clearance_t *clearance, vec2_t a_cells, vec2_t b_cells) {
   if (clearance_blocked_at(clearance, a_cells) || clearance_blocked_at(clearance, b_cells)) {
     return false;

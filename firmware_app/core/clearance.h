@@ -57,6 +57,8 @@ int clearance_refresh(clearance_t *clearance, const grid_t *grid, int max_rows);
 bool clearance_blocked(const clearance_t *clearance, int ix, int iy);
 /** Same for a position in cells. */
 bool clearance_blocked_at(const clearance_t *clearance, vec2_t point_cells);
+/** True if no cell is blocked that is at most reach cells away from the point's. */
+bool clearance_square_free(const clearance_t *clearance, vec2_t point_cells, int reach);
 /** True if the segment (in cells) stays in free cells. Exact traversal; cost grows with the cells
  * crossed. */
 bool clearance_segment_free(const clearance_t *clearance, vec2_t a_cells, vec2_t b_cells);

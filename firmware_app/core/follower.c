@@ -8,27 +8,33 @@ static const float SEARCH_AHEAD_M =
     0.6f; ///< how far the nearest point of the route may run ahead in one tick
 static const float SLEW_S =
     0.3f; ///< the velocity may change by accel times this against the present one
-static const float CORNER_SPEED = 0.35f; ///< share of the speed left where the route turns back
+static const float TURN_MIN_RAD = 0.05f; ///< a bend of less is straight
 static const float STOP_GAIN_PER_S =
-    1.5f;                                ///< the last centimetres: speed in proportion to distance
-static const float FACE_MIN_MPS = 0.05f; ///< slower than this a direction of flight means nothing
+    1.5f;                              ///< the last centimetres: speed in proportion to distance
+static const float FACE_MIN_M = 0.05f; ///< a way of less has no direction
+static const float FACING_RAD = 0.2f;  ///< turned so far towards the way, the front beam sees it
 
 follower_config_t follower_config_default(void) {
   return (follower_config_t){
-      .speed_mps = 0.4f,
+      .speed_mps = 0.5f,
       .accel_mps2 = 0.6f,
-      .lookahead_m = 0.25f,
+      .lookahead_m = 0.20f,
       .arrive_m = 0.10f,
       .position_gain_per_s = 1.0f,
       .yaw_gain_per_s = 2.5f,
       .yaw_rate_max_rps = 1.6f,
       .turn_rate_rps = 0.6981317f, // 40 deg/s
+      .stray_s = 0.25f,
       .yaw_mode = FOLLOWER_YAW_FORWARD,
   };
 }
 
 void follower_start(follower_t *follower, float yaw_rad) {
   *follower = (follower_t){.progress_m = 0.0f, .keep_yaw_rad = yaw_rad, .cross_track_m = 0.0f};
+}
+
+static float least(float a, float b) {
+  return a < b ? a : b;
 }
 
 /** The point at arc length at_m, the ends beyond. */
@@ -78,13 +84,13 @@ static float yaw_towards(const follower_config_t *cfg, float yaw_rad, float want
 }
 
 static float yaw_rate(const follower_t *follower, const follower_config_t *cfg, float yaw_rad,
-                      vec2_t velocity_mps) {
+                      vec2_t ahead_m) {
   switch (cfg->yaw_mode) {
   case FOLLOWER_YAW_TURN:
     return cfg->turn_rate_rps;
   case FOLLOWER_YAW_FORWARD:
-    if (vec2_norm(velocity_mps) > FACE_MIN_MPS) {
-      return yaw_towards(cfg, yaw_rad, geometry_atan2(velocity_mps.y, velocity_mps.x));
+    if (vec2_norm(ahead_m) > FACE_MIN_M) {
+      return yaw_towards(cfg, yaw_rad, geometry_atan2(ahead_m.y, ahead_m.x));
     }
     return 0.0f;
   case FOLLOWER_YAW_KEEP:
@@ -94,14 +100,16 @@ static float yaw_rate(const follower_t *follower, const follower_config_t *cfg, 
   return yaw_towards(cfg, yaw_rad, follower->keep_yaw_rad);
 }
 
-/** Slower before corners: by the turn between the ways to the near and to the far carrot. */
-static float corner_factor(const route_t *route, const follower_config_t *cfg, float at_m,
-                           vec2_t near_point) {
+/** The speed at which the bend ahead takes no more than the acceleration across it: it turns from
+ * the way to the near carrot to the way on to a far one, over the distance between them. */
+static float bend_speed_mps(const route_t *route, const follower_config_t *cfg, float at_m,
+                            vec2_t near_point) {
   vec2_t first = vec2_sub(near_point, point_at(route, at_m));
-  vec2_t second = vec2_sub(point_at(route, at_m + 2.5f * cfg->lookahead_m), near_point);
-  float norms = vec2_norm(first) * vec2_norm(second);
-  return norms > 1.0e-6f ? geometry_clamp(vec2_dot(first, second) / norms, CORNER_SPEED, 1.0f)
-                         : 1.0f;
+  vec2_t second = vec2_sub(point_at(route, at_m + 2.0f * cfg->lookahead_m), near_point);
+  float across = first.x * second.y - first.y * second.x;
+  float turn_rad = fabsf(geometry_atan2(across, vec2_dot(first, second)));
+  return turn_rad > TURN_MIN_RAD ? sqrtf(cfg->accel_mps2 * cfg->lookahead_m / turn_rad)
+                                 : cfg->speed_mps;
 }
 
 /** In face-forward mode, turn first: the beam must see where it flies. */
@@ -115,26 +123,27 @@ static float facing_factor(const follower_config_t *cfg, pose2_t pose, vec2_t di
 
 follower_status_t follower_step(follower_t *follower, const follower_config_t *cfg,
                                 const route_t *route, pose2_t pose, vec2_t velocity_mps,
-                                float limit_m, follower_command_t *command) {
+                                follower_limits_t limits, follower_command_t *command) {
   vec2_t position = pose2_position(pose);
   float end_m = route_length_m(route);
-  float stop_m = limit_m < end_m ? limit_m : end_m;
+  float stop_m = least(limits.until_m, end_m);
   advance(follower, route, position);
   float carrot_m = follower->progress_m + cfg->lookahead_m;
-  vec2_t carrot = point_at(route, carrot_m < stop_m ? carrot_m : stop_m);
+  vec2_t ahead_m = vec2_sub(point_at(route, carrot_m), position);
+  vec2_t carrot = point_at(route, least(carrot_m, stop_m));
   vec2_t to_carrot = vec2_sub(carrot, position);
   float left_m = stop_m - follower->progress_m;
   float distance_m = left_m > vec2_norm(to_carrot) ? left_m : vec2_norm(to_carrot);
 
-  float braking_mps = sqrtf(2.0f * cfg->accel_mps2 * distance_m);
   float speed_mps = cfg->speed_mps;
-  speed_mps *= corner_factor(route, cfg, follower->progress_m, carrot);
-  speed_mps = speed_mps < braking_mps ? speed_mps : braking_mps;
-  speed_mps = speed_mps < STOP_GAIN_PER_S * distance_m ? speed_mps : STOP_GAIN_PER_S * distance_m;
+  speed_mps = least(speed_mps, limits.room_m / cfg->stray_s);
+  speed_mps = least(speed_mps, bend_speed_mps(route, cfg, follower->progress_m, carrot));
+  speed_mps = least(speed_mps, sqrtf(2.0f * cfg->accel_mps2 * distance_m));
+  speed_mps = least(speed_mps, STOP_GAIN_PER_S * distance_m);
   float norm = vec2_norm(to_carrot);
   vec2_t direction = norm > 1.0e-4f ? vec2_scale(to_carrot, 1.0f / norm) : (vec2_t){0.0f, 0.0f};
   vec2_t wanted_mps = vec2_scale(direction, speed_mps);
-  command->yaw_rate_rps = yaw_rate(follower, cfg, pose.yaw_rad, wanted_mps);
+  command->yaw_rate_rps = yaw_rate(follower, cfg, pose.yaw_rad, ahead_m);
   wanted_mps = vec2_scale(wanted_mps, facing_factor(cfg, pose, direction));
   vec2_t change = vec2_limit(vec2_sub(wanted_mps, velocity_mps), cfg->accel_mps2 * SLEW_S);
   command->velocity_mps = vec2_limit(vec2_add(velocity_mps, change), cfg->speed_mps);
@@ -142,7 +151,11 @@ follower_status_t follower_step(follower_t *follower, const follower_config_t *c
   if (distance_m >= cfg->arrive_m) {
     return FOLLOWER_MOVING;
   }
-  return stop_m < end_m ? FOLLOWER_AT_LIMIT : FOLLOWER_ARRIVED;
+  if (stop_m >= end_m) {
+    return FOLLOWER_ARRIVED;
+  }
+  bool turning = fabsf(command->yaw_rate_rps) > cfg->yaw_gain_per_s * FACING_RAD;
+  return turning && cfg->yaw_mode == FOLLOWER_YAW_FORWARD ? FOLLOWER_MOVING : FOLLOWER_AT_LIMIT;
 }
 
 follower_command_t follower_hold(const follower_config_t *cfg, pose2_t pose, pose2_t post) {

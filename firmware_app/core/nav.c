@@ -30,6 +30,7 @@ void nav_make_map(nav_t *nav) {
   grid_init(&nav->grid, &nav->cfg.grid, centre_m, nav->cfg.cell_m);
   clearance_init(&nav->clearance, &nav->grid, nav->cfg.clearance_m, nav->cfg.area_min_m,
                  nav->cfg.area_max_m);
+  seen_forget(&nav->seen);
   nav->route.count = 0;
   nav->epoch = (uint8_t)((nav->epoch + 1u) % WIRE_MAP_EPOCHS);
   nav_resend_map(nav);
@@ -80,6 +81,7 @@ static void take_set(nav_t *nav, const scan_frame_t *frame) {
     reloc_add(&nav->reloc, frame);
   } else if (!nav->mission.lost) {
     slam_update(&nav->slam, frame);
+    seen_mark(&nav->seen, &nav->grid, frame, slam_to_map(&nav->slam, frame->pose));
   }
 }
 
@@ -134,6 +136,7 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   take_input(nav, input);
   nav_tie_frames(nav, odometry_before);
 
+  seen_step(&nav->seen, nav_now_ms(nav), nav->cfg.look_age_s);
   scan_frame_t frame;
   bool fresh =
       scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_look(nav);

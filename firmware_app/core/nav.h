@@ -26,6 +26,7 @@
 #include "reloc.h"
 #include "route.h"
 #include "scan.h"
+#include "seen.h"
 #include "slam.h"
 #include "wire.h"
 
@@ -62,7 +63,8 @@ typedef struct {
   float descend_mps;
   float scan_turn_rad; ///< a quarter turn and a little
   float scan_rate_rps;
-  float known_half_width_m; ///< a corridor is flown only if this much on both sides was observed
+  float look_half_width_m; ///< a corridor is flown only if this much on both sides was observed,
+  float look_age_s;        ///< and it was looked at within this time
   uint32_t seed;
   nav_planner_t planner;
   nav_slam_mode_t slam;
@@ -188,6 +190,7 @@ typedef struct {
     reloc_t reloc;
   }; ///< by the state: nobody plans while it relocalises
   nav_looking_t looking;
+  seen_t seen;
   route_t route;
   follower_t follower;
   guard_t guard;
@@ -209,15 +212,16 @@ typedef struct {
   wire_event_t events[NAV_EVENTS];
   uint16_t event_sequence;
   uint8_t event_first, event_count;
-  uint8_t epoch;         ///< of the map
-  bool mapped;           ///< the map frame is fixed: since the first take-off
-  float tick_s;          ///< since the tick before
-  float height_sp_m;     ///< ramped
-  float hand_s;          ///< how long something has been right above
-  float turned_rad;      ///< in this scan
-  float allowed_m;       ///< how far the route may be flown: clear and observed
-  bool rolling;          ///< planning anew while still flying the old route's clear part
-  float best_progress_m; ///< along the route since it was made
+  uint8_t epoch;            ///< of the map
+  bool mapped;              ///< the map frame is fixed: since the first take-off
+  float tick_s;             ///< since the tick before
+  float height_sp_m;        ///< ramped
+  float hand_s;             ///< how long something has been right above
+  float turned_rad;         ///< in this scan
+  follower_limits_t limits; ///< of the present route: clear, observed, looked at lately
+  uint8_t glances;          ///< sets since the follower has been waiting where that ends
+  bool rolling;             ///< planning anew while still flying the old route's clear part
+  float best_progress_m;    ///< along the route since it was made
   uint32_t state_since_ms;
   uint32_t link_seen_ms;
   uint32_t battery_good_ms;  ///< when the battery was last above the limit

@@ -33,7 +33,8 @@ void nav_config_default(nav_config_t *cfg) {
   cfg->descend_mps = 0.25f;
   cfg->scan_turn_rad = 100.0f * DEG;
   cfg->scan_rate_rps = 60.0f * DEG;
-  cfg->known_half_width_m = 0.10f;
+  cfg->look_half_width_m = 0.10f;
+  cfg->look_age_s = 30.0f;
   cfg->seed = 1u;
   cfg->planner = NAV_PLANNER_RRTSTAR;
   cfg->slam = NAV_SLAM_MAP;
@@ -54,8 +55,10 @@ mission_reason_t nav_config_check(const nav_config_t *cfg) {
               within(cfg->area_max_m.x, -AREA_MAX_M, AREA_MAX_M) &&
               within(cfg->area_max_m.y, -AREA_MAX_M, AREA_MAX_M) &&
               within(cfg->low_battery_v, 2.8f, 4.2f) && within(cfg->lost_time_s, 0.5f, 600.0f) &&
-              (unsigned)cfg->planner < NAV_PLANNERS && (unsigned)cfg->slam < NAV_SLAM_MODES &&
-              (unsigned)cfg->lost < NAV_LOST_POLICIES && (unsigned)cfg->frontier < FRONTIER_MODES &&
+              within(cfg->look_half_width_m, 0.0f, 0.5f) &&
+              within(cfg->look_age_s, 1.0f, 3600.0f) && (unsigned)cfg->planner < NAV_PLANNERS &&
+              (unsigned)cfg->slam < NAV_SLAM_MODES && (unsigned)cfg->lost < NAV_LOST_POLICIES &&
+              (unsigned)cfg->frontier < FRONTIER_MODES &&
               (unsigned)cfg->follower.yaw_mode < FOLLOWER_YAW_MODES;
   return good ? MISSION_OK : MISSION_BAD_VALUE;
 }

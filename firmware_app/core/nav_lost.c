@@ -76,6 +76,7 @@ static void found(nav_t *nav, pose2_t pose) {
   nav->mission.lost = false;
   slam_find(&nav->slam, nav->input.odometry.pose, pose);
   nav->pose = slam_pose(&nav->slam);
+  seen_forget(&nav->seen);
   nav_emit(nav, WIRE_EVENT_FOUND, 0, pose2_position(pose));
   nav_apply(nav, MISSION_EV_FOUND);
 }

@@ -7,6 +7,7 @@
 #include "nav_parts.h"
 
 enum {
+  GLANCES = 3,    ///< sets from one place that tell whether the way ahead is seen
   STALLS_MAX = 6, ///< stops without progress before a task is given up
 };
 
@@ -17,6 +18,8 @@ static const float LANDED_BELOW_M =
 static const float GUARD_HEIGHT_M = 0.15f; ///< lower, the beams see the floor
 static const float PROGRESS_M = 0.25f;     ///< along a route: what counts as progress
 static const float LOOKAHEAD_M = 1.5f; ///< of observed route: more than it takes to stop from 1 m/s
+static const float CLOSEST_M = 0.10f;  ///< propeller tips are 0.07 m out; the map errs too
+static const float ROOM_AHEAD_M = 0.5f;
 static const float BLOCKED_MARGIN_M = 0.3f; ///< stop this much before a blocked piece
 static const float QUARTER_RAD = 1.57079633f;
 static const float FACE_GAIN_PER_S = 3.0f;
@@ -110,11 +113,15 @@ static void arrive(nav_t *nav) {
 bool nav_look_along(nav_t *nav) {
   float from_m = nav->follower.progress_m;
   float clear_m = route_clear_m(&nav->route, &nav->grid, &nav->clearance, from_m);
-  float known_m = route_known_m(&nav->route, &nav->grid, nav->cfg.known_half_width_m, from_m,
+  float known_m = route_known_m(&nav->route, &nav->grid, nav->cfg.look_half_width_m, from_m,
                                 from_m + LOOKAHEAD_M);
+  known_m = route_seen_m(&nav->route, &nav->grid, &nav->seen, from_m, known_m);
   bool all_clear = clear_m > route_length_m(&nav->route) - 1.0e-3f;
   float safe_m = all_clear ? clear_m : clear_m - BLOCKED_MARGIN_M;
-  nav->allowed_m = known_m < safe_m ? known_m : safe_m;
+  nav->limits.until_m = known_m < safe_m ? known_m : safe_m;
+  nav->limits.room_m =
+      nav->cfg.clearance_m - CLOSEST_M +
+      route_room_m(&nav->route, &nav->grid, &nav->clearance, from_m, from_m + ROOM_AHEAD_M);
   return all_clear;
 }
 
@@ -122,7 +129,17 @@ static follower_status_t steer_along(nav_t *nav, follower_command_t *command) {
   vec2_t velocity_mps =
       vec2_rotate(nav->input.velocity_mps, nav->pose.yaw_rad - nav->input.odometry.pose.yaw_rad);
   return follower_step(&nav->follower, &nav->cfg.follower, &nav->route, nav->pose, velocity_mps,
-                       nav->allowed_m, command);
+                       nav->limits, command);
+}
+
+/** The way ahead is not known, and the sets since it looks there did not tell. */
+static bool waits_in_vain(nav_t *nav, follower_status_t status, bool fresh) {
+  if (status != FOLLOWER_AT_LIMIT) {
+    nav->glances = 0;
+  } else if (fresh) {
+    nav->glances++;
+  }
+  return nav->glances > GLANCES;
 }
 
 static follower_command_t follow(nav_t *nav, bool fresh) {
@@ -134,7 +151,7 @@ static follower_command_t follow(nav_t *nav, bool fresh) {
     arrive(nav);
   } else if (!clear) {
     nav_apply(nav, MISSION_EV_BLOCKED);
-  } else if (status == FOLLOWER_AT_LIMIT || waited(nav, STALL_MS)) {
+  } else if (waits_in_vain(nav, status, fresh) || waited(nav, STALL_MS)) {
     look_again(nav);
   }
   return command;

@@ -60,6 +60,7 @@ static void enter_state(nav_t *nav, mission_state_t before, mission_event_t even
   case MISSION_RETURN:
     follower_start(&nav->follower, nav->pose.yaw_rad);
     nav->best_progress_m = 0.0f;
+    nav->glances = 0;
     nav_look_along(nav);
     break;
   case MISSION_RELOCALISE:

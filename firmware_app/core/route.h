@@ -13,8 +13,9 @@
 #include "clearance.h"
 #include "geometry.h"
 #include "grid.h"
+#include "seen.h"
 
-enum { ROUTE_POINTS = 64, ROUTE_STAND_OFF_CELLS = 4 };
+enum { ROUTE_POINTS = 64, ROUTE_STAND_OFF_CELLS = 4, ROUTE_ROOM_CELLS = 3 };
 
 typedef struct {
   vec2_t points_m[ROUTE_POINTS]; ///< the first is where it starts, the last the goal
@@ -39,5 +40,12 @@ float route_clear_m(const route_t *route, const grid_t *grid, const clearance_t 
  * half_width_m was observed. */
 float route_known_m(const route_t *route, const grid_t *grid, float half_width_m, float from_m,
                     float until_m);
+/** Likewise, looked at lately. */
+float route_seen_m(const route_t *route, const grid_t *grid, const seen_t *seen, float from_m,
+                   float until_m);
+/** The least room [m] around the route between two arc lengths: how far blocked cells keep away,
+ * ROUTE_ROOM_CELLS of them at most. */
+float route_room_m(const route_t *route, const grid_t *grid, const clearance_t *clearance,
+                   float from_m, float until_m);
 
 #endif

@@ -15,6 +15,8 @@ from ground.sim.world import World, load_world
 from tests.app.drone import FLOAT
 
 START_S = 2.5
+SPEED_MPS = 0.4
+"""Slower than the default: what is measured is positioning."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,7 @@ class Watched(Simulator):
     def fly(self, slam: int, cmd: MissionCmd = MissionCmd.EXPLORE) -> None:
         """Take off; without a ground that could fall silent."""
         self.set("way.slam", slam)
+        self.set("way.speed", SPEED_MPS)
         self.set("way.lost", 0)
         while self.time_s < START_S:
             self.step()

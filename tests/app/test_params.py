@@ -22,6 +22,8 @@ FLOATS = [
     "lostTime",
     "lowBat",
     "cell",
+    "lookAge",
+    "lookWidth",
 ]
 BYTES = ["yawMode", "planner", "slam", "lost", "frontier"]
 BAD = [(name, value) for name in FLOATS for value in (math.nan, math.inf, -1e30, 1e30)]
@@ -42,6 +44,8 @@ GOOD = [
     ("lostTime", 2.5),
     ("lowBat", 3.5),
     ("cell", 0.1),
+    ("lookAge", 5.0),
+    ("lookWidth", 0.2),
 ]
 
 

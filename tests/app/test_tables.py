@@ -60,6 +60,8 @@ PARAMS = {
     "lostTime": P_FLOAT | EXTENDED,
     "lowBat": P_FLOAT | EXTENDED,
     "cell": P_FLOAT | EXTENDED,
+    "lookAge": P_FLOAT | EXTENDED,
+    "lookWidth": P_FLOAT | EXTENDED,
     "selftest": P_UINT8 | EXTENDED,
 }
 # What cfclient and cflib's helpers look up; without some of these they stop working.
@@ -148,6 +150,8 @@ def test_defaults_told_to_clients_are_those_of_the_core() -> None:
         "lostTime": cfg.lost_time_s,
         "lowBat": cfg.low_battery_v,
         "cell": cfg.cell_m,
+        "lookAge": cfg.look_age_s,
+        "lookWidth": cfg.look_half_width_m,
     }
     assert core.keys() == PARAMS.keys() - {"cmd", "goalX", "goalY", "selftest"}
     assert drone.default("way.selftest") == 0

@@ -72,6 +72,21 @@ def with_walls(cells: Cells) -> tuple[CData, CData]:
     return grid, new_clearance(grid)
 
 
+def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0) -> CData:
+    return ffi.new("pose2_t *", (x_m, y_m, yaw_rad))[0]
+
+
+def frame(hits_m: dict[int, float], clear_m: dict[int, float] | None = None) -> CData:
+    """A measured set: beam to range."""
+    clear_m = clear_m or {}
+    made = ffi.new("scan_frame_t *")
+    for beam, range_m in {**hits_m, **clear_m}.items():
+        made.range_m[beam] = range_m
+    made.hit = sum(1 << beam for beam in hits_m)
+    made.clear = sum(1 << beam for beam in clear_m)
+    return made
+
+
 def from_picture(rows: list[str], ix0: int = 0, iy0: int = 0) -> set[tuple[int, int]]:
     """Cells marked # in a picture whose last row is iy0."""
     return {

@@ -55,6 +55,7 @@ class Flight:
     path: Path
     yaw_mode: int = lib.FOLLOWER_YAW_KEEP
     limit_m: float = NO_LIMIT_M
+    room_m: float = 1.0
     yaw_rad: float = 0.0
     x_m: float = 0.0
     y_m: float = 0.0
@@ -79,7 +80,7 @@ class Flight:
             pose.x_m, pose.y_m, pose.yaw_rad = self.x_m, self.y_m, self.yaw_rad
             velocity.x, velocity.y = self.vx_mps, self.vy_mps
             self.status = lib.follower_step(
-                follower, cfg, route, pose[0], velocity[0], self.limit_m, command
+                follower, cfg, route, pose[0], velocity[0], (self.limit_m, self.room_m), command
             )
             self.obey(command)
         return self
@@ -171,6 +172,32 @@ def test_it_brakes_before_the_end() -> None:
     flight = Flight(LINE).fly()
     assert max(flight.speeds_mps) == pytest.approx(CONFIG.speed_mps, rel=1e-3)
     assert math.hypot(flight.vx_mps, flight.vy_mps) < 0.5 * CONFIG.speed_mps
+
+
+@given(legs)
+def test_the_less_room_the_slower(steps: list[tuple[float, float]]) -> None:
+    flight = Flight(path_from(steps), room_m=0.05).fly()
+    assert flight.status == lib.FOLLOWER_ARRIVED
+    assert max(flight.speeds_mps) <= 0.05 / CONFIG.stray_s * 1.02
+
+
+def test_a_bend_is_flown_slower_than_a_line_and_a_sharp_one_slowest() -> None:
+    def slowest(turn_rad: float) -> float:
+        flight = Flight(path_from([(2.0, 0.0), (2.0, turn_rad)])).fly()
+        third = len(flight.speeds_mps) // 3
+        return min(flight.speeds_mps[third:-third])
+
+    speeds = [slowest(turn_rad) for turn_rad in (0.0, 1.0, 2.0)]
+    assert speeds[0] == pytest.approx(CONFIG.speed_mps, rel=1e-3)
+    assert speeds[2] < 0.8 * speeds[1] < 0.8 * speeds[0]
+
+
+@given(yaws)
+def test_where_the_known_part_ends_it_looks_along_the_route(yaw_rad: float) -> None:
+    flight = Flight(LINE, lib.FOLLOWER_YAW_FORWARD, limit_m=0.0, yaw_rad=yaw_rad).fly()
+    assert flight.status == lib.FOLLOWER_AT_LIMIT
+    assert abs(flight.yaw_rad) < 0.25
+    assert flight.farthest_m < 0.02
 
 
 def test_a_push_off_the_route_is_flown_back() -> None:

@@ -8,29 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import CData, ffi, lib
-from tests.core.maps import SIDE, located, new_grid, raw_bytes, values
+from ground.core import lib
+from tests.core.maps import SIDE, frame, located, new_grid, pose, raw_bytes, values
 
 CELL_M = 0.05
 HALF_M = SIDE * CELL_M / 2
 positions = st.floats(-2.5, 2.5, width=32)
 yaws = st.floats(-3.125, 3.125, width=32)
 ranges = st.floats(0.0, 4.0, width=32)
-
-
-def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0) -> CData:
-    return ffi.new("pose2_t *", (x_m, y_m, yaw_rad))[0]
-
-
-def frame(hits_m: dict[int, float], clear_m: dict[int, float] | None = None) -> CData:
-    """A measured set: beam to range."""
-    clear_m = clear_m or {}
-    made = ffi.new("scan_frame_t *")
-    for beam, range_m in {**hits_m, **clear_m}.items():
-        made.range_m[beam] = range_m
-    made.hit = sum(1 << beam for beam in hits_m)
-    made.clear = sum(1 << beam for beam in clear_m)
-    return made
 
 
 def test_a_beam_marks_its_end_and_clears_its_way() -> None:

@@ -36,6 +36,28 @@ def test_it_flies_through_a_door_to_a_goal_that_nobody_has_seen(
     assert (lib.WIRE_EVENT_ARRIVED, lib.MISSION_TASK_GOTO) in flight.events
 
 
+@pytest.mark.parametrize("yaw_mode", [lib.FOLLOWER_YAW_FORWARD, lib.FOLLOWER_YAW_KEEP])
+def test_it_looks_before_it_flies_over_known_ground_that_it_has_not_seen_lately(
+    yaw_mode: int,
+) -> None:
+    flight = Flight(ROOM)
+    flight.nav.cfg.follower.yaw_mode = yaw_mode
+    assert flight.command(GOTO, 1.0, 1.0) == lib.MISSION_OK
+    assert flight.run_until(HOVER) == HOVER
+    x_m, y_m = flight.x_m, flight.y_m
+    lib.seen_forget(ffi.addressof(flight.nav, "seen"))
+    assert flight.command(GOTO, -1.0, -0.5) == lib.MISSION_OK
+    way_rad = math.atan2(-0.5 - y_m, -1.0 - x_m)
+    swept_rad = []
+    while flight.distance_m(x_m, y_m) < 0.2:
+        flight.step()
+        beams = (flight.yaw_rad + lib.scan_bearing_rad(beam) for beam in range(lib.SCAN_BEAMS))
+        swept_rad.append(min(abs(math.remainder(beam - way_rad, math.tau)) for beam in beams))
+    assert min(swept_rad) < 0.2
+    assert flight.run_until(HOVER) == HOVER
+    assert flight.distance_m(-1.0, -0.5) < 0.25
+
+
 @pytest.mark.parametrize("height_m", [900.0, -900.0])
 def test_it_climbs_from_the_floor_whatever_the_estimator_says(height_m: float) -> None:
     flight = Flight(ROOM)

@@ -209,6 +209,18 @@ def test_a_route_is_known_up_to_what_nobody_has_seen(
     )
 
 
+@given(st.integers(66, 90), st.integers(0, 4))
+def test_the_room_of_a_route_is_that_to_the_nearest_blocked_cell(ix: int, off: int) -> None:
+    route = route_of([(0.025, 0.025), (2.5, 0.025)])
+    grid, clearance = with_walls([(ix, 64 + off)])
+    free = min(max(0, off - 1), lib.ROUTE_ROOM_CELLS)
+    room_m = lib.route_room_m(route, grid, clearance, 0.0, 100.0)
+    assert room_m == pytest.approx(free * grid.cell_m)
+    past_m = (ix - 64 + 5) * grid.cell_m
+    room_m = lib.route_room_m(route, grid, clearance, past_m, 100.0)
+    assert room_m == pytest.approx(lib.ROUTE_ROOM_CELLS * grid.cell_m)
+
+
 @given(ways, st.floats(0.0, 50.0))
 def test_looking_along_a_route_ends(path: Path, from_m: float) -> None:
     grid, clearance = with_walls([])

@@ -97,9 +97,12 @@ static void disturb(nav_t *nav) {
 
 static bool sane(const nav_t *nav, const nav_setpoint_t *setpoint) {
   float speed_mps = vec2_norm(setpoint->velocity_body_mps);
+  float yield_mps = nav->cfg.guard.yield_mps;
+  float most_mps =
+      nav->cfg.follower.speed_mps > yield_mps ? nav->cfg.follower.speed_mps : yield_mps;
   return geometry_is_finite(setpoint->height_m) && geometry_is_finite(setpoint->yaw_rate_rps) &&
          fabsf(setpoint->yaw_rate_rps) < 4.0f && setpoint->height_m >= 0.0f &&
-         speed_mps <= nav->cfg.follower.speed_mps * 1.001f &&
+         speed_mps <= most_mps * 1.001f &&
          setpoint->motors == mission_airborne(nav->mission.state) &&
          geometry_is_finite(nav->status.pose.x_m) && geometry_is_finite(nav->status.pose.y_m) &&
          geometry_is_finite(nav->status.pose.yaw_rad) && geometry_is_finite(nav->status.path_m);

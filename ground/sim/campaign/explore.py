@@ -98,6 +98,7 @@ def fly_explore(mission: Mission) -> Flight:
         mission.kind,
         mission.seed,
         mission.number,
+        mission.conditions,
         style=scene.style,
         task="explore",
         outcome="explored" if claimed else word_for(outcome),

@@ -40,6 +40,13 @@ class Mission:
     baseline: tuple[tuple[str, float], ...] = ()
     """Others, with which exploring is flown once more in the same world."""
 
+    @property
+    def conditions(self) -> str:
+        """All but which one it is."""
+        others = [f"{name}={value:g}" for name, value in self.settings]
+        against = [f"against {name}={value:g}" for name, value in self.baseline]
+        return " ".join([self.profile, f"loss={self.loss:g}", *others, *against])
+
     def rng(self) -> np.random.Generator:
         """For all that is drawn of it."""
         return np.random.default_rng([self.seed, self.number])
@@ -158,6 +165,7 @@ def row_of(mission: Mission) -> Row:
             mission.kind,
             mission.seed,
             mission.number,
+            mission.conditions,
             outcome="error",
             reason=sentence,
             cause="error",

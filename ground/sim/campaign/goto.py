@@ -137,6 +137,7 @@ def row_for(
         mission.kind,
         mission.seed,
         mission.number,
+        mission.conditions,
         style=task.scene.style,
         task=task.what,
         outcome="arrived" if outcome.reached else word_for(outcome),

@@ -21,6 +21,8 @@ class Row:
     kind: str
     seed: int
     number: int
+    conditions: str = ""
+    """Profile, loss, settings."""
     style: str = ""
     task: str = ""
     """What was asked, and whether that is possible."""

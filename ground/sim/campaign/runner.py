@@ -50,12 +50,12 @@ def cluster(address: str) -> Iterator[Executor]:
 
 def left_to_fly(missions: Sequence[Mission], done: Sequence[Row]) -> list[Mission]:
     """Those without a row; a row that is not of these missions is an error."""
-    numbers = {(mission.kind, mission.seed, mission.number): mission for mission in missions}
+    numbers = {(m.kind, m.seed, m.number, m.conditions): m for m in missions}
     for row in done:
-        if numbers.pop((row.kind, row.seed, row.number), None) is None:
+        if numbers.pop((row.kind, row.seed, row.number, row.conditions), None) is None:
             raise BadRows(
-                f"mission {row.number} of kind {row.kind}, seed {row.seed}, is there already "
-                "and belongs to another campaign, or is there twice"
+                f"mission {row.number} of kind {row.kind}, seed {row.seed}, {row.conditions}, is "
+                "there already and belongs to another campaign, or is there twice"
             )
     return list(numbers.values())
 

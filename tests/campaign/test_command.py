@@ -18,11 +18,14 @@ from ground.sim.campaign.flights import Mission, row_of
 from ground.sim.campaign.rows import RowFile
 from ground.sim.worldfile import read_world
 
-MISSIONS = 6
+SEED = 16
+MISSIONS = 3
 
 
 def run(*arguments: str) -> tuple[int, str]:
-    result = CliRunner().invoke(app, ["campaign", "--seed", "3", "--workers", "1", *arguments])
+    result = CliRunner().invoke(
+        app, ["campaign", "--seed", str(SEED), "--workers", "1", *arguments]
+    )
     return result.exit_code, result.output
 
 
@@ -65,7 +68,7 @@ def test_each_mission_has_a_row_that_flying_it_again_repeats(flown: Path, tmp_pa
     kept = rows(flown / "rows.csv")
     assert sorted(kept) == [str(number) for number in range(MISSIONS)]
     again = RowFile(tmp_path / "again.csv")
-    again.append(row_of(Mission("goto", 3, MISSIONS - 1)))
+    again.append(row_of(Mission("goto", SEED, MISSIONS - 1)))
     assert rows(tmp_path / "again.csv") == {str(MISSIONS - 1): kept[str(MISSIONS - 1)]}
 
 
@@ -80,7 +83,7 @@ def test_an_interrupted_campaign_goes_on_where_it_was(flown: Path, tmp_path: Pat
 
 def test_ctrl_c_leaves_whole_rows(tmp_path: Path) -> None:
     kept = tmp_path / "rows.csv"
-    command = [sys.executable, "-m", "ground", "campaign", "--seed", "3", "--missions", "500"]
+    command = [sys.executable, "-m", "ground", "campaign", "--seed", str(SEED), "--missions", "500"]
     command += ["--workers", "1", "--resume", str(kept)]
     with subprocess.Popen(command, stdout=subprocess.DEVNULL) as flying:
         while not kept.exists() or len(kept.read_text().splitlines()) < 3:

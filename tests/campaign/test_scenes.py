@@ -12,7 +12,7 @@ from ground.sim.campaign import moving
 from ground.sim.campaign.goto import BODY_M, IMPOSSIBLE, draw_task
 from ground.sim.campaign.layout import DOOR_M, Layout, Rect
 from ground.sim.campaign.scenes import CLEARANCE_M, START_GAP_M, STYLES, Scene, draw_scene
-from ground.sim.campaign.truth import STEP_M, TrueMap, length_m
+from ground.sim.campaign.truth import STEP_M, TrueMap, flood, length_m
 from ground.sim.footprints import Footprints
 from ground.sim.worldfile import read_world
 from ground.sim.worldtext import world_text
@@ -54,7 +54,7 @@ def test_doors_and_corridors_join_all_rooms(style: str, seed: int) -> None:
     layout = scene_of(style, seed).layout
     truth = bare(layout)
     free = truth.solid_gap_m > CLEARANCE_M + 0.05
-    reached = truth.reached(free, truth.cell(layout.rooms[0].center_m))
+    reached = flood(free, truth.cell(layout.rooms[0].center_m))
     for room in layout.rooms:
         assert reached[truth.cell(room.center_m)], room
 
@@ -78,7 +78,7 @@ def test_a_shut_room_cannot_be_entered(seed: int) -> None:
     scene = scene_of("office", seed, seal=True)
     assert scene.sealed is not None
     free = scene.truth.body_gap_m > BODY_M
-    reached = scene.truth.reached(free, scene.truth.cell(scene.spec.start_m))
+    reached = flood(free, scene.truth.cell(scene.spec.start_m))
     room = scene.layout.rooms[scene.sealed]
     assert not (reached & scene.truth.within(room)).any()
     assert reached.sum() > 100

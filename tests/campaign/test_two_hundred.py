@@ -2,7 +2,6 @@
 """Two hundred flights to goals in worlds that no number was chosen on."""
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest

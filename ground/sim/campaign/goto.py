@@ -15,7 +15,7 @@ from ground.model import Point
 from ground.sim.campaign.flights import Flight, Judge, Mission, word_for
 from ground.sim.campaign.rows import Row
 from ground.sim.campaign.scenes import CLEARANCE_M, STYLES, Scene, draw_scene
-from ground.sim.campaign.truth import length_m
+from ground.sim.campaign.truth import flood, length_m
 from ground.sim.pilot import Pilot
 from ground.sim.worldspec import Point as Place
 
@@ -100,7 +100,7 @@ def _other_task(scene: Scene, what: str, rng: np.random.Generator) -> Task | Non
             return None
         goal_m = truth.place(places[int(rng.integers(len(places)))])
     start = truth.cell(scene.spec.start_m)
-    reached = truth.points_m[truth.reached(truth.body_gap_m > BODY_M, start)]
+    reached = truth.points_m[flood(truth.body_gap_m > BODY_M, start)]
     nearest_m = float(np.hypot(*(reached - goal_m).T).min())
     return Task(scene, goal_m, what) if nearest_m > _BEYOND_REACH_M else None
 

@@ -13,7 +13,7 @@ import numpy as np
 from ground.sim.campaign.furniture import pole, prism
 from ground.sim.campaign.layout import Door, Rect
 from ground.sim.campaign.scenes import CLEARANCE_M, SURE_M, Scene
-from ground.sim.campaign.truth import Bits, TrueMap
+from ground.sim.campaign.truth import Bits, TrueMap, flood
 from ground.sim.worldspec import Motion, Obstacle, Point
 
 PERSON: Final = "person"
@@ -111,7 +111,7 @@ def draw_crate(
 def _still_reachable(scene: Scene, crate: Obstacle, ends: tuple[Point, ...]) -> bool:
     truth = TrueMap((*scene.spec.obstacles, crate), scene.layout.outline)
     free = truth.solid_gap_m > CLEARANCE_M + SURE_M
-    reached = truth.reached(free, truth.cell(ends[0]))
+    reached = flood(free, truth.cell(ends[0]))
     return all(bool(reached[truth.cell(end)]) for end in ends)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from ground.core import GRID_SIDE_CELLS
 from ground.sim.campaign.furniture import CLUTTER, IN_THE_MIDDLE, Furnishing, prism
 from ground.sim.campaign.layout import Layout, Rect, hall, home, maze, office, shut
-from ground.sim.campaign.truth import Bits, TrueMap
+from ground.sim.campaign.truth import Bits, TrueMap, flood
 from ground.sim.worldspec import Obstacle, Point, WorldSpec
 
 CLEARANCE_M: Final = 0.17
@@ -52,7 +52,7 @@ class Scene:
         """The places that the drone can surely get to."""
         truth = self.truth
         free = truth.solid_gap_m > CLEARANCE_M + SURE_M
-        return truth.reached(free, truth.cell(self.spec.start_m))
+        return flood(free, truth.cell(self.spec.start_m))
 
 
 def draw_scene(style: str, rng: np.random.Generator, *, seal: bool = False) -> Scene:

@@ -61,28 +61,12 @@ class TrueMap:
         inside: Bits = (rect.x0 < x) & (x < rect.x1) & (rect.y0 < y) & (y < rect.y1)
         return inside
 
-    def reached(self, free: Bits, start: Cell) -> Bits:
-        """The free places that steps to the 4 neighbours lead to."""
-        seen = np.zeros_like(free)
-        seen[start] = free[start]
-        count = 0
-        while (now := int(seen.sum())) > count:
-            count = now
-            for _ in range(8):
-                wider = seen.copy()
-                wider[1:] |= seen[:-1]
-                wider[:-1] |= seen[1:]
-                wider[:, 1:] |= seen[:, :-1]
-                wider[:, :-1] |= seen[:, 1:]
-                seen = wider & free
-        return seen
-
     def regions(self, free: Bits) -> list[Bits]:
         """The parts that do not hang together, largest first."""
         left, parts = free.copy(), []
         while left.any():
             i, j = np.argwhere(left)[0]
-            part = self.reached(left, (int(i), int(j)))
+            part = flood(left, (int(i), int(j)))
             left &= ~part
             parts.append(part)
         return sorted(parts, key=lambda part: -int(part.sum()))
@@ -116,6 +100,23 @@ class TrueMap:
         points = np.linspace(a, b, count)
         i, j = np.rint((points - self._low_m) / STEP_M).astype(int).T
         return bool(free[i.clip(0, self.shape[0] - 1), j.clip(0, self.shape[1] - 1)].all())
+
+
+def flood(free: Bits, start: Cell) -> Bits:
+    """The free places that steps to the 4 neighbours lead to."""
+    seen = np.zeros_like(free)
+    seen[start] = free[start]
+    count = 0
+    while (now := int(seen.sum())) > count:
+        count = now
+        for _ in range(8):
+            wider = seen.copy()
+            wider[1:] |= seen[:-1]
+            wider[:-1] |= seen[1:]
+            wider[:, 1:] |= seen[:, :-1]
+            wider[:, :-1] |= seen[:, 1:]
+            seen = wider & free
+    return seen
 
 
 def length_m(way: Sequence[Point]) -> float:

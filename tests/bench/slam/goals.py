@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ground.model import Point
+from ground.sim.campaign.truth import flood
 from ground.sim.footprints import Array
 from ground.sim.world import World
 
@@ -37,27 +36,12 @@ def _places(world: World) -> tuple[Array, Array]:
     return points.reshape(*x.shape, 2), gap_m.reshape(x.shape)
 
 
-def _connected(free: NDArray[np.bool_], start: tuple[int, int]) -> NDArray[np.bool_]:
-    """The free places that can be reached from one of them."""
-    seen = np.zeros(free.shape, bool)
-    seen[start] = True
-    waiting = deque([start])
-    while waiting:
-        i, j = waiting.popleft()
-        for near in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)):
-            within = 0 <= near[0] < free.shape[0] and 0 <= near[1] < free.shape[1]
-            if within and free[near] and not seen[near]:
-                seen[near] = True
-                waiting.append(near)
-    return seen
-
-
 def goals(world: World, seed: int) -> Iterator[Point]:
     """Points of the map frame, for ever, each well away from the one before and from walls."""
     points, gap_m = _places(world)
     gap_to_start = np.hypot(*(points[..., i] - world.spec.start_m[i] for i in (0, 1)))
     start = np.unravel_index(np.argmin(gap_to_start), gap_to_start.shape)
-    reachable = _connected(gap_m > _WAY_M, (int(start[0]), int(start[1])))
+    reachable = flood(gap_m > _WAY_M, (int(start[0]), int(start[1])))
     fit = points[reachable & (gap_m > _GOAL_M)]
     rng = np.random.default_rng(seed)
     last = world.spec.start_m

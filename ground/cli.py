@@ -18,10 +18,9 @@ from ground import __version__
 from ground.checks import Files
 from ground.cli_bench import bench_app
 from ground.cli_campaign import campaign
-from ground.cli_parts import EXIT_INTERRUPTED, JsonFile, err, fail, out
+from ground.cli_missions import add_missions
+from ground.cli_parts import EXIT_INTERRUPTED, SIMULATOR_URI, JsonFile, Record, Uri, err, fail, out
 from ground.errors import GroundError
-
-SIMULATOR_URI = "udp://127.0.0.1:19850"
 
 app = typer.Typer(
     name="wayflie",
@@ -37,13 +36,6 @@ app.add_typer(map_app, name="map")
 app.add_typer(bench_app, name="bench")
 app.command()(campaign)
 
-Uri = Annotated[
-    str,
-    typer.Option(envvar="CFLIB_URI", help="Which Crazyflie; the simulator's if not given."),
-]
-Record = Annotated[
-    Path | None, typer.Option("--record", help="Record the flight into this MCAP file.")
-]
 Port = Annotated[
     int | None, typer.Option(min=0, max=65535, help="Of the page; the usual or a free one.")
 ]
@@ -156,6 +148,9 @@ def goto(
 def explore(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None, record: Record = None) -> None:
     """Map everything that can be reached, come back and land."""
     _mission("EXPLORE", uri, Files(json_file, record))
+
+
+add_missions(app, _run)
 
 
 @app.command()

@@ -10,12 +10,21 @@ import typer
 from rich.console import Console
 
 EXIT_INTERRUPTED = 130
+SIMULATOR_URI = "udp://127.0.0.1:19850"
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 JsonFile = Annotated[
     Path | None, typer.Option("--json", help="Write figures and checks to this file.")
+]
+
+Uri = Annotated[
+    str,
+    typer.Option(envvar="CFLIB_URI", help="Which Crazyflie; the simulator's if not given."),
+]
+Record = Annotated[
+    Path | None, typer.Option("--record", help="Record the flight into this MCAP file.")
 ]
 
 

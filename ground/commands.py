@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 
 from rich.console import Console
 
 from ground.checks import Check, Files, write_report
-from ground.core import MissionCmd
+from ground.core import MissionCmd, MissionReason
 from ground.errors import LinkLost, NotReached
 from ground.flight import Outcome, fly
 from ground.link_radio import RadioLink
@@ -68,6 +68,31 @@ async def fly_mission(uri: str, cmd: MissionCmd, files: Files, out: Console) -> 
     async with _flying(uri, files, out) as station:
         outcome = await fly_when_settled(station, cmd, None, out)
         _write_report(station, outcome, files.report)
+    return _reached(cmd, outcome)
+
+
+async def fly_along(
+    uri: str, cmd: MissionCmd, points: Sequence[Point], files: Files, out: Console
+) -> bool:
+    """FLY or PATROL along these points, then land."""
+    async with _flying(uri, files, out) as station:
+        await station.give_waypoints(points)
+        return await _fly_and_land(station, cmd, files, out)
+
+
+async def spin_round(uri: str, turns: float, files: Files, out: Console) -> bool:
+    """Turn in place so often, then land."""
+    async with _flying(uri, files, out) as station:
+        await station.set_parameter("way.turns", turns)
+        return await _fly_and_land(station, MissionCmd.SPIN, files, out)
+
+
+async def _fly_and_land(station: Station, cmd: MissionCmd, files: Files, out: Console) -> bool:
+    outcome = await fly_when_settled(station, cmd, None, out)
+    _write_report(station, outcome, files.report)
+    if station.picture.state.airborne:
+        low = outcome.reason is MissionReason.BATTERY_LOW  # it flies home by itself
+        await fly(station, MissionCmd.HOME if low else MissionCmd.LAND)
     return _reached(cmd, outcome)
 
 

@@ -31,6 +31,8 @@ MAP_EPOCHS: int = lib.WIRE_MAP_EPOCHS
 MAP_BYTES: int = lib.WIRE_MAP_BYTES
 MAP_POINTS: int = lib.WIRE_MAP_POINTS
 PATH_POINTS: int = lib.WIRE_PATH_POINTS
+WAYPOINTS_MAX: int = lib.NAV_WAYPOINTS
+WAYPOINTS_A_PACKET: int = lib.WIRE_WAYPOINTS_A_PACKET
 PACKET_BYTES: int = lib.WIRE_PACKET_BYTES
 WIRE_VERSION: int = lib.WIRE_VERSION
 
@@ -48,6 +50,9 @@ class MissionCmd(IntEnum):
     SCAN = lib.MISSION_CMD_SCAN
     FORGET = lib.MISSION_CMD_FORGET
     RELOCALISE = lib.MISSION_CMD_RELOCALISE
+    SPIN = lib.MISSION_CMD_SPIN
+    FLY = lib.MISSION_CMD_FLY
+    PATROL = lib.MISSION_CMD_PATROL
 
 
 class MissionState(IntEnum):
@@ -64,6 +69,7 @@ class MissionState(IntEnum):
     LAND = lib.MISSION_LAND
     FAULT = lib.MISSION_FAULT
     RELOCALISE = lib.MISSION_RELOCALISE
+    SPIN = lib.MISSION_SPIN
 
     @property
     def airborne(self) -> bool:
@@ -97,6 +103,7 @@ class MissionReason(IntEnum):
     SELF_TEST = lib.MISSION_SELF_TEST
     LOST = lib.MISSION_LOST
     NO_MAP = lib.MISSION_NO_MAP
+    NO_WAYPOINTS = lib.MISSION_NO_WAYPOINTS
 
 
 class WireType(IntEnum):
@@ -110,6 +117,7 @@ class WireType(IntEnum):
     HEARTBEAT = lib.WIRE_HEARTBEAT
     SNAPSHOT = lib.WIRE_SNAPSHOT
     MAP = lib.WIRE_MAP
+    WAYPOINTS = lib.WIRE_WAYPOINTS
 
 
 class WireStatus(IntEnum):
@@ -131,6 +139,8 @@ class EventCode(IntEnum):
     ARRIVED = lib.WIRE_EVENT_ARRIVED
     EXPLORED = lib.WIRE_EVENT_EXPLORED
     FOUND = lib.WIRE_EVENT_FOUND
+    WAYPOINT = lib.WIRE_EVENT_WAYPOINT
+    SKIPPED = lib.WIRE_EVENT_SKIPPED
 
 
 class Capability(IntFlag):

@@ -9,6 +9,7 @@ GroundError              a sentence for the user, one line
 |   +-- NoAnswer         a request was repeated and never answered
 +-- ProtocolMismatch     the other side runs no Wayflie, or another version
 +-- CommandRefused       the drone said no; carries its reason
++-- BadWaypoints         too many, none, or too far away
 +-- NotReached           it flew, or not, and what was asked was not reached
 +-- StopLatched          the emergency stop was pressed and not released
 +-- SimulatorFailed      the simulator did not start or ended early
@@ -56,6 +57,10 @@ class CommandRefused(GroundError):
     def __init__(self, sentence: str, reason: MissionReason) -> None:
         super().__init__(sentence)
         self.reason = reason
+
+
+class BadWaypoints(GroundError):
+    """Too many way points, none, or too far away."""
 
 
 class NotReached(GroundError):

@@ -29,6 +29,9 @@ _END_STATES = {
     MissionCmd.HOLD: MissionState.HOVER,
     MissionCmd.SCAN: MissionState.HOVER,
     MissionCmd.RELOCALISE: MissionState.HOVER,
+    MissionCmd.SPIN: MissionState.HOVER,
+    MissionCmd.FLY: MissionState.HOVER,
+    MissionCmd.PATROL: MissionState.HOVER,  # when it is told to hold: by itself it goes on
 }
 # These are not in that state already when they are given, so that seeing it once is enough.
 _FROM_ELSEWHERE = (MissionCmd.TAKE_OFF, MissionCmd.HOME, MissionCmd.LAND, MissionCmd.HOLD)

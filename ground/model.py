@@ -150,7 +150,7 @@ class Event:
 
     @property
     def reason(self) -> MissionReason:
-        """Argument of REFUSED and FAULT."""
+        """Argument of REFUSED, FAULT and SKIPPED."""
         return MissionReason(self.argument)
 
 
@@ -208,6 +208,17 @@ class Command:
 
 
 @dataclass(frozen=True, slots=True)
+class Waypoints:
+    """Some of a list of `total` points to be flown along, from number `first` on."""
+
+    sequence: int
+    list: int
+    first: int
+    total: int
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class HelloRequest:
     """Ask who is there."""
 
@@ -253,5 +264,5 @@ class LinkStats:
 LogMessage = Telemetry | Health | Ranges | Positioned | MapPiece
 AppMessage = Hello | Ack | RoutePiece | Event | Beat
 Incoming = LogMessage | AppMessage | Console | ParameterValue | LinkChange
-AppRequest = Command | HelloRequest | SnapshotRequest | Heartbeat | MapPiece
+AppRequest = Command | Waypoints | HelloRequest | SnapshotRequest | Heartbeat | MapPiece
 Outgoing = AppRequest | EmergencyStop | SetParameter

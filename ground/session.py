@@ -48,6 +48,13 @@ async def _narrate(station: Station, console: Console) -> None:
                 case Event(code=EventCode.FAULT) as event:
                     words = REASON_WORDS[event.reason]
                     console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  [red]{words}[/]")
+                case Event(code=EventCode.WAYPOINT) as event:
+                    words = f"at way point {event.argument + 1}"
+                    console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  {words}")
+                case Event(code=EventCode.SKIPPED) as event:
+                    place = f"({event.place.x_m:.2f}, {event.place.y_m:.2f})"
+                    words = f"way point {place} left out: {REASON_WORDS[event.reason]}"
+                    console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  [yellow]{words}[/]")
                 case LinkChange(LinkState.SILENT, detail):
                     console.print(f"[yellow]link: {detail}[/]")
 

@@ -10,11 +10,17 @@ import asyncio
 import contextlib
 import itertools
 import time
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from typing import TypeVar
 
-from ground.core import GRID_SIDE_CELLS, MissionCmd, MissionReason
-from ground.errors import CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
+from ground.core import (
+    GRID_SIDE_CELLS,
+    WAYPOINTS_A_PACKET,
+    WAYPOINTS_MAX,
+    MissionCmd,
+    MissionReason,
+)
+from ground.errors import BadWaypoints, CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
 from ground.link import Link
 from ground.model import (
     Ack,
@@ -32,6 +38,7 @@ from ground.model import (
     Point,
     SetParameter,
     SnapshotRequest,
+    Waypoints,
 )
 from ground.picture import Picture
 from ground.wire import SEQUENCES
@@ -41,6 +48,7 @@ A = TypeVar("A")
 
 REPEAT_S = 0.2
 REPEATS = 25
+WAYPOINT_LIMIT_M = 30.0
 BEAT_DRONE_MS = 500
 BEAT_WALL_S = 0.5
 ROUTE_PATIENCE_MS = 2000
@@ -135,14 +143,31 @@ class Station:
         """Send and repeat until acknowledged. Raises CommandRefused, NoAnswer, LinkLost."""
         sequence = next(self._sequences) % SEQUENCES
         request = Command(sequence, cmd, goal or Point(0.0, 0.0))
+        await self._acknowledged(request, f"`{COMMAND_WORDS[cmd]}`")
 
+    async def _acknowledged(self, request: Command | Waypoints, what: str) -> None:
         def answer(message: Incoming) -> Ack | None:
-            return message if isinstance(message, Ack) and message.sequence == sequence else None
+            mine = isinstance(message, Ack) and message.sequence == request.sequence
+            return message if isinstance(message, Ack) and mine else None
 
         with self.listen() as listener:
-            ack = await self._ask(request, answer, listener, f"`{COMMAND_WORDS[cmd]}`")
+            ack = await self._ask(request, answer, listener, what)
         if ack.reason is not MissionReason.OK:
             raise CommandRefused(REASON_WORDS[ack.reason], ack.reason)
+
+    async def give_waypoints(self, points: Sequence[Point]) -> None:
+        """Let the drone hold these, for FLY and PATROL. Raises as command() does."""
+        if not 0 < len(points) <= WAYPOINTS_MAX:
+            raise BadWaypoints(f"1 to {WAYPOINTS_MAX} way points, not {len(points)}")
+        if any(not abs(xy) < WAYPOINT_LIMIT_M for p in points for xy in (p.x_m, p.y_m)):
+            raise BadWaypoints(f"way points lie within {WAYPOINT_LIMIT_M:.0f} m of the start")
+        number = next(self._sequences) % 256
+        for first in range(0, len(points), WAYPOINTS_A_PACKET):
+            part = tuple(points[first : first + WAYPOINTS_A_PACKET])
+            sequence = next(self._sequences) % SEQUENCES
+            await self._acknowledged(
+                Waypoints(sequence, number, first, len(points), part), "the way points"
+            )
 
     def send(self, request: AppRequest) -> None:
         """Send once, without an answer."""

@@ -34,6 +34,7 @@ from ground.model import (
     Point,
     RoutePiece,
     SnapshotRequest,
+    Waypoints,
 )
 
 SEQUENCES = 1 << 16
@@ -48,6 +49,9 @@ def encode_request(request: AppRequest) -> bytes:
             message.body.command.sequence = sequence
             message.body.command.cmd = cmd
             message.body.command.goal_m = (goal.x_m, goal.y_m)
+        case Waypoints():
+            message.type = WireType.WAYPOINTS
+            _put_waypoints(message.body.waypoints, request)
         case Heartbeat(sequence):
             message.type = WireType.HEARTBEAT
             message.body.heartbeat.sequence = sequence
@@ -60,6 +64,13 @@ def encode_request(request: AppRequest) -> bytes:
             message.type = WireType.MAP
             message.body.map = list(encode_map_piece(request))
     return pack(message)
+
+
+def _put_waypoints(body: CData, request: Waypoints) -> None:
+    body.sequence, body.list = request.sequence, request.list
+    body.first, body.total, body.count = request.first, request.total, len(request.points)
+    for i, point in enumerate(request.points):
+        body.points_mm[i] = [round(1000 * point.x_m), round(1000 * point.y_m)]
 
 
 def pack(message: CData) -> bytes:
@@ -129,7 +140,7 @@ def _event(event: CData) -> Event:
     code = EventCode(event.code)
     if code is EventCode.STATE:
         MissionState(event.argument)
-    elif code in (EventCode.REFUSED, EventCode.FAULT):
+    elif code in (EventCode.REFUSED, EventCode.FAULT, EventCode.SKIPPED):
         MissionReason(event.argument)
     return Event(event.sequence, event.time_ms, code, event.argument, _point(event.place_m))
 

@@ -17,6 +17,7 @@ STATE_WORDS: dict[MissionState, str] = {
     MissionState.LAND: "landing",
     MissionState.FAULT: "stopped by a fault",
     MissionState.RELOCALISE: "finding out where it is in its map",
+    MissionState.SPIN: "turning in place",
 }
 
 REASON_WORDS: dict[MissionReason, str] = {
@@ -43,6 +44,7 @@ REASON_WORDS: dict[MissionReason, str] = {
     MissionReason.SELF_TEST: "its self-test is running",
     MissionReason.LOST: "it could not find out where it is in its map",
     MissionReason.NO_MAP: "it has no map to find itself in",
+    MissionReason.NO_WAYPOINTS: "it has no way points",
 }
 
 SELF_TEST_WORDS: dict[SelfTest, str] = {
@@ -72,4 +74,7 @@ COMMAND_WORDS: dict[MissionCmd, str] = {
     MissionCmd.SCAN: "look around",
     MissionCmd.FORGET: "forget the map",
     MissionCmd.RELOCALISE: "find its place in the map",
+    MissionCmd.SPIN: "turn in place",
+    MissionCmd.FLY: "fly along the way points",
+    MissionCmd.PATROL: "patrol along the way points",
 }

@@ -50,6 +50,13 @@ static void on_command(nav_t *nav, const wire_command_t *command) {
   send(&(wire_message_t){.type = WIRE_ACK, .body.ack = last_ack});
 }
 
+static void on_waypoints(nav_t *nav, const wire_waypoints_t *waypoints) {
+  const mission_reason_t reason =
+      app_selftest_running() ? MISSION_SELF_TEST : nav_take_waypoints(nav, waypoints);
+  const wire_ack_t ack = {waypoints->sequence, MISSION_CMD_NONE, (uint8_t)reason};
+  send(&(wire_message_t){.type = WIRE_ACK, .body.ack = ack});
+}
+
 static void on_heartbeat(const nav_t *nav, const wire_heartbeat_t *heartbeat) {
   wire_message_t answer = {.type = WIRE_HEARTBEAT, .body.heartbeat = *heartbeat};
   answer.body.heartbeat.time_ms = T2M(xTaskGetTickCount());
@@ -73,6 +80,9 @@ static bool on_message(nav_t *nav, const wire_message_t *message) {
     return true;
   case WIRE_HEARTBEAT:
     on_heartbeat(nav, &message->body.heartbeat);
+    return true;
+  case WIRE_WAYPOINTS:
+    on_waypoints(nav, &message->body.waypoints);
     return true;
   case WIRE_SNAPSHOT:
     hello_due = true;

@@ -17,7 +17,7 @@ static const float RAD_PER_DEG = 0.01745329252f;
 typedef struct {
   float height, speed, clearance, yaw_rate_dps;
   float area_x0, area_y0, area_x1, area_y1;
-  float lost_time, low_battery, cell, look_age, look_width;
+  float lost_time, low_battery, cell, look_age, look_width, turns;
   uint8_t yaw_mode, planner, slam, lost, frontier;
   uint8_t unused[3];
 } values_t;
@@ -27,7 +27,7 @@ typedef struct {
   {                                                                                                \
     .height = 0.4f, .speed = 0.5f, .clearance = 0.17f, .yaw_rate_dps = 40.0f, .area_x0 = -3.2f,    \
     .area_y0 = -3.2f, .area_x1 = 3.2f, .area_y1 = 3.2f, .lost_time = 5.0f, .low_battery = 3.3f,    \
-    .cell = 0.05f, .look_age = 30.0f, .look_width = 0.1f, .slam = NAV_SLAM_MAP,                    \
+    .cell = 0.05f, .look_age = 30.0f, .look_width = 0.1f, .turns = 1.0f, .slam = NAV_SLAM_MAP,     \
     .lost = NAV_LOST_HOME,                                                                         \
   }
 
@@ -79,6 +79,7 @@ static const tunable_t tunables[] = {
     TUNABLE("cell", NUMBER, cell, cell_m),
     TUNABLE("lookAge", NUMBER, look_age, look_age_s),
     TUNABLE("lookWidth", NUMBER, look_width, look_half_width_m),
+    TUNABLE("turns", NUMBER, turns, turns),
 };
 
 enum { TUNABLES = sizeof tunables / sizeof *tunables };
@@ -213,7 +214,8 @@ static void on_selftest(void) {
 PARAM_GROUP_START(way)
 /**
  * @brief A write commands: 1 take off, 2 go to goalX/goalY, 3 explore, 4 return home, 5 land,
- * 6 hold here, 7 scan (turn once), 8 forget the map. Reads 0 once taken; log way.refused tells the
+ * 6 hold here, 7 scan (a quarter turn), 8 forget the map, 9 find itself in the map, 10 spin, 11 fly
+ * along the way points, 12 patrol along them. Reads 0 once taken; log way.refused tells the
  * answer.
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_UINT8, cmd, &cmd, on_command)

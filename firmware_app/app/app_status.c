@@ -73,7 +73,7 @@ static logByFunction_t tick = {.acquireUInt32 = take_worst};
 LOG_GROUP_START(way)
 /**
  * @brief Mission state: 0 idle, 1 take-off, 2 scan, 3 plan, 4 follow, 5 avoid, 6 hover, 7 return,
- * 8 land, 9 fault
+ * 8 land, 9 fault, 10 finding itself, 11 spin
  */
 LOG_ADD(LOG_UINT8, state, &shown.state)
 /**
@@ -81,7 +81,8 @@ LOG_ADD(LOG_UINT8, state, &shown.state)
  */
 LOG_ADD(LOG_UINT8, fault, &shown.fault)
 /**
- * @brief What the flight is for: 0 nothing, 1 go to, 2 explore, 3 home
+ * @brief What the flight is for: 0 nothing, 1 go to, 2 explore, 3 home, 4 spin, 5 fly along the way
+ * points, 6 patrol
  */
 LOG_ADD(LOG_UINT8, task, &shown.task)
 /**

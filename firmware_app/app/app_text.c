@@ -25,6 +25,7 @@ static const char *const reasons[] = {
     [MISSION_SELF_TEST] = "self-test is running",
     [MISSION_LOST] = "it does not know where it is in its map",
     [MISSION_NO_MAP] = "there is no map to find itself in",
+    [MISSION_NO_WAYPOINTS] = "no way points",
 };
 
 _Static_assert(sizeof reasons / sizeof *reasons == MISSION_REASONS, "a reason without words");

@@ -44,6 +44,13 @@ void clearance_configure(clearance_t *clearance, const grid_t *grid, float radiu
   clearance->fence_y1 = (int16_t)((int)floorf(geometry_clamp(high.y + 1.0e-3f, 0.0f, side)) - 1);
 }
 
+void clearance_observed_only(clearance_t *clearance, bool on) {
+  if (clearance->observed_only != on) {
+    clearance->observed_only = on;
+    memset(clearance->stale_rows, 0xFF, sizeof clearance->stale_rows);
+  }
+}
+
 void clearance_mark(clearance_t *clearance, grid_t *grid) {
   for (int iy = 0; iy < GRID_SIDE_CELLS; iy++) {
     if ((grid->changed_rows[iy / 32] >> (iy % 32) & 1u) == 0u) {
@@ -70,6 +77,13 @@ static void outside_fence(const clearance_t *clearance, int iy, uint32_t bits[GR
 static void rebuild_row(clearance_t *clearance, const grid_t *grid, int iy) {
   uint32_t blocked[GRID_BIT_WORDS];
   outside_fence(clearance, iy, blocked);
+  if (clearance->observed_only) {
+    uint32_t known[GRID_BIT_WORDS];
+    grid_known_row(grid, iy, known);
+    for (int i = 0; i < GRID_BIT_WORDS; i++) {
+      blocked[i] |= ~known[i];
+    }
+  }
   for (int dy = -clearance->reach; dy <= clearance->reach; dy++) {
     uint32_t row[GRID_BIT_WORDS];
     grid_occupied_row(grid, iy + dy, row);

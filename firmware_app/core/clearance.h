@@ -38,6 +38,7 @@ typedef struct {
   uint8_t half_width[CLEARANCE_REACH_MAX + 1];    ///< of the disc, in cells, by row distance
   uint8_t reach;                                  ///< of the disc, in rows
   int16_t fence_x0, fence_y0, fence_x1, fence_y1; ///< cells inside, both ends included
+  bool observed_only;                             ///< what was never observed is blocked, too
 } clearance_t;
 
 /** Everything stale. radius_m is clipped to CLEARANCE_REACH_MAX cells; the fence is given by two
@@ -48,6 +49,9 @@ void clearance_init(clearance_t *clearance, const grid_t *grid, float radius_m, 
 void clearance_configure(clearance_t *clearance, const grid_t *grid, float radius_m,
                          vec2_t fence_min_m, vec2_t fence_max_m);
 
+/** Block what was never observed too, or no longer; what is observed later stays blocked until its
+ * row is rebuilt. */
+void clearance_observed_only(clearance_t *clearance, bool on);
 /** Take over which rows of the grid changed (and clear that list there). */
 void clearance_mark(clearance_t *clearance, grid_t *grid);
 /** Rebuild up to max_rows stale rows. @return rows still stale */

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#pragma GCC optimize("O3", "fp-contract=off")
+#pragma GCC optimize("O2", "fp-contract=off")
 /* Lines of sight and corners, row by row of bits: a row that a segment crosses costs one masked
  * word or two, however many cells it is wide there. */
 #include "clearance.h"

@@ -16,7 +16,8 @@ enum {
   TO_LAND,
   TO_FAULT,
   TO_RELOCALISE,
-  BY_TASK,    ///< PLAN if there is a task, else HOVER
+  TO_SPIN,
+  BY_TASK,    ///< SPIN or PLAN if there is such a task, else HOVER
   LOOK_AGAIN, ///< SCAN if there is a task, else HOVER
   GO,         ///< RETURN if the task is to go home, else FOLLOW
   AFTER,      ///< at the end of a route: HOVER, SCAN or LAND by the task
@@ -57,7 +58,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_ROUTE] = GO,
             [MISSION_EV_NO_ROUTE] = END | TO_HOVER,
             [MISSION_EV_LOOK] = TO_SCAN,
-            [MISSION_EV_TASK] = TO_PLAN,
+            [MISSION_EV_TASK] = BY_TASK,
             [MISSION_EV_SCAN] = TO_SCAN,
             [MISSION_EV_LAND] = END | TO_LAND,
             [MISSION_EV_HOLD] = END | TO_HOVER,
@@ -70,7 +71,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_ARRIVED] = AFTER,
             [MISSION_EV_LOOK] = TO_SCAN,
             [MISSION_EV_BLOCKED] = TO_PLAN,
-            [MISSION_EV_TASK] = TO_PLAN,
+            [MISSION_EV_TASK] = BY_TASK,
             [MISSION_EV_SCAN] = TO_SCAN,
             [MISSION_EV_LAND] = END | TO_LAND,
             [MISSION_EV_HOLD] = END | TO_HOVER,
@@ -88,7 +89,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
         },
     [MISSION_HOVER] =
         {
-            [MISSION_EV_TASK] = TO_PLAN,
+            [MISSION_EV_TASK] = BY_TASK,
             [MISSION_EV_SCAN] = TO_SCAN,
             [MISSION_EV_HOLD] = END | TO_HOVER,
             [MISSION_EV_LAND] = END | TO_LAND,
@@ -101,7 +102,7 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_ARRIVED] = AFTER,
             [MISSION_EV_LOOK] = TO_SCAN,
             [MISSION_EV_BLOCKED] = TO_PLAN,
-            [MISSION_EV_TASK] = TO_PLAN,
+            [MISSION_EV_TASK] = BY_TASK,
             [MISSION_EV_SCAN] = TO_SCAN,
             [MISSION_EV_LAND] = END | TO_LAND,
             [MISSION_EV_HOLD] = END | TO_HOVER,
@@ -134,6 +135,17 @@ static const uint8_t NEXT[MISSION_STATES][MISSION_EVENTS] = {
             [MISSION_EV_HOLD] = END | TO_HOVER,
             [MISSION_EV_FAILED] = END | TO_FAULT,
         },
+    [MISSION_SPIN] =
+        {
+            [MISSION_EV_SCANNED] = END | TO_HOVER,
+            [MISSION_EV_TASK] = BY_TASK,
+            [MISSION_EV_SCAN] = TO_SCAN,
+            [MISSION_EV_LAND] = END | TO_LAND,
+            [MISSION_EV_HOLD] = END | TO_HOVER,
+            [MISSION_EV_NEAR] = TO_AVOID,
+            [MISSION_EV_RELOCALISE] = TO_RELOCALISE,
+            [MISSION_EV_FAILED] = END | TO_FAULT,
+        },
 };
 
 void mission_init(mission_t *mission) {
@@ -146,11 +158,9 @@ static mission_state_t after_arrival(mission_task_t task) {
     return MISSION_SCAN;
   case MISSION_TASK_HOME:
     return MISSION_LAND;
-  case MISSION_TASK_NONE:
-  case MISSION_TASK_GOTO:
-    break;
+  default:
+    return MISSION_HOVER;
   }
-  return MISSION_HOVER;
 }
 
 static mission_state_t resolve(uint8_t entry, const mission_t *mission) {
@@ -158,7 +168,7 @@ static mission_state_t resolve(uint8_t entry, const mission_t *mission) {
   bool has_task = task != MISSION_TASK_NONE;
   switch (entry) {
   case BY_TASK:
-    return has_task ? MISSION_PLAN : MISSION_HOVER;
+    return task == MISSION_TASK_SPIN ? MISSION_SPIN : has_task ? MISSION_PLAN : MISSION_HOVER;
   case LOOK_AGAIN:
     return has_task ? MISSION_SCAN : MISSION_HOVER;
   case GO:

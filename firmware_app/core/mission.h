@@ -20,6 +20,9 @@ typedef enum {
   MISSION_CMD_SCAN = 7,
   MISSION_CMD_FORGET = 8,
   MISSION_CMD_RELOCALISE = 9,
+  MISSION_CMD_SPIN = 10,
+  MISSION_CMD_FLY = 11,
+  MISSION_CMD_PATROL = 12,
   MISSION_CMDS,
 } mission_cmd_t;
 
@@ -37,6 +40,7 @@ typedef enum {
   MISSION_LAND,    ///< descending
   MISSION_FAULT,   ///< ended by a fault, motors off; a new command starts afresh
   MISSION_RELOCALISE, ///< turning and moving a little until it knows where it is in its map
+  MISSION_SPIN,       ///< turning in place, as often as it was told
   MISSION_STATES,
 } mission_state_t;
 
@@ -45,13 +49,17 @@ typedef enum {
   MISSION_TASK_NONE,
   MISSION_TASK_GOTO,
   MISSION_TASK_EXPLORE,
-  MISSION_TASK_HOME
+  MISSION_TASK_HOME,
+  MISSION_TASK_SPIN,
+  MISSION_TASK_FLY,    ///< to each way point in turn
+  MISSION_TASK_PATROL, ///< the same, again and again
+  MISSION_TASKS,
 } mission_task_t;
 
 typedef enum {
   MISSION_EV_NONE,
   MISSION_EV_TAKE_OFF,   ///< command
-  MISSION_EV_TASK,       ///< command: a new task is set (go to, explore, home)
+  MISSION_EV_TASK,       ///< command: a new task is set (go to, explore, home ...)
   MISSION_EV_LAND,       ///< command, or a policy says land
   MISSION_EV_HOLD,       ///< command, or a policy says hold
   MISSION_EV_SCAN,       ///< command
@@ -95,9 +103,10 @@ typedef enum {
   MISSION_STUCK,         ///< too many attempts without progress
   MISSION_RANGES_FROZEN, ///< the ranges have stopped changing
   MISSION_TUMBLED,
-  MISSION_SELF_TEST, ///< running: everything else waits
-  MISSION_LOST,      ///< it did not find out where it is in its map
-  MISSION_NO_MAP,    ///< there is no map to find itself in
+  MISSION_SELF_TEST,    ///< running: everything else waits
+  MISSION_LOST,         ///< it did not find out where it is in its map
+  MISSION_NO_MAP,       ///< there is no map to find itself in
+  MISSION_NO_WAYPOINTS, ///< none are held, or not all have come
   MISSION_REASONS,
 } mission_reason_t;
 

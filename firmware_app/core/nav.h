@@ -30,7 +30,7 @@
 #include "slam.h"
 #include "wire.h"
 
-enum { NAV_EVENTS = 8 };
+enum { NAV_EVENTS = 8, NAV_WAYPOINTS = 12 };
 
 typedef enum { NAV_PLANNER_RRTSTAR, NAV_PLANNER_GRID, NAV_PLANNERS } nav_planner_t;
 typedef enum { NAV_SLAM_OFF, NAV_SLAM_MAP, NAV_SLAM_ESTIMATOR, NAV_SLAM_MODES } nav_slam_mode_t;
@@ -65,6 +65,7 @@ typedef struct {
   float scan_rate_rps;
   float look_half_width_m; ///< a corridor is flown only if this much on both sides was observed,
   float look_age_s;        ///< and it was looked at within this time
+  float turns;             ///< of a spin; counter-clockwise if positive
   uint32_t seed;
   nav_planner_t planner;
   nav_slam_mode_t slam;
@@ -166,6 +167,23 @@ typedef struct {
   frontier_vain_t vain;
 } nav_plan_t;
 
+/** What the ground has sent to be flown along. */
+typedef struct {
+  int16_t points_mm[NAV_WAYPOINTS][2];
+  uint16_t got; ///< a bit for each that has come
+  uint8_t list; ///< number of the list
+  uint8_t total;
+  uint8_t next;    ///< the one that is flown to
+  uint8_t skipped; ///< since the last that was reached
+} nav_waypoints_t;
+
+/** What is known of the battery in this flight, and of the way home. */
+typedef struct {
+  float fast_v, slow_v; ///< voltage, smoothed
+  float flown_m;
+  uint32_t grounded_ms; ///< when it last stood
+} nav_endurance_t;
+
 /** Finding itself again: a full turn, then short moves with a turn behind each. */
 typedef struct {
   bool moving;       ///< else turning
@@ -196,6 +214,8 @@ typedef struct {
   guard_t guard;
   mapstream_t stream;
   nav_plan_t plan;
+  nav_waypoints_t waypoints;
+  nav_endurance_t endurance;
   nav_status_t status;
   nav_input_t input; ///< of the present tick
   pose2_t pose;      ///< map frame, now
@@ -217,6 +237,7 @@ typedef struct {
   float tick_s;             ///< since the tick before
   float height_sp_m;        ///< ramped
   float hand_s;             ///< how long something has been right above
+  float to_spin_rad;        ///< left of the spin
   float turned_rad;         ///< in this scan
   follower_limits_t limits; ///< of the present route: clear, observed, looked at lately
   uint8_t glances;          ///< sets since the follower has been waiting where that ends
@@ -245,6 +266,10 @@ mission_reason_t nav_configure(nav_t *nav, const nav_config_t *cfg);
 /** Take or refuse a command, by what is known now. A goal that turns out unreachable is refused
  * later by an event. */
 mission_reason_t nav_command(nav_t *nav, const nav_command_t *command);
+
+/** Take some of the way points of commands FLY and PATROL. @return MISSION_OK, or why none of them
+ * was taken */
+mission_reason_t nav_take_waypoints(nav_t *nav, const wire_waypoints_t *waypoints);
 
 /** One tick. Input that is not finite is replaced by what was known before. */
 nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input);

@@ -10,6 +10,8 @@
 enum { KNOWN_MIN_CELLS = 200 /* a smaller map tells nothing of the place */ };
 
 static const float DEG = 0.0174532925f;
+static const float TURN = 6.2831853f; ///< [rad]
+static const float TURNS_MAX = 20.0f;
 static const float AREA_MAX_M = 30.0f;
 static const float SAME_PLACE_M = 1.0e-3f;
 static const float TAKE_OFF_MARGIN_V =
@@ -35,6 +37,7 @@ void nav_config_default(nav_config_t *cfg) {
   cfg->scan_rate_rps = 60.0f * DEG;
   cfg->look_half_width_m = 0.10f;
   cfg->look_age_s = 30.0f;
+  cfg->turns = 1.0f;
   cfg->seed = 1u;
   cfg->planner = NAV_PLANNER_RRTSTAR;
   cfg->slam = NAV_SLAM_MAP;
@@ -56,9 +59,9 @@ mission_reason_t nav_config_check(const nav_config_t *cfg) {
               within(cfg->area_max_m.y, -AREA_MAX_M, AREA_MAX_M) &&
               within(cfg->low_battery_v, 2.8f, 4.2f) && within(cfg->lost_time_s, 0.5f, 600.0f) &&
               within(cfg->look_half_width_m, 0.0f, 0.5f) &&
-              within(cfg->look_age_s, 1.0f, 3600.0f) && (unsigned)cfg->planner < NAV_PLANNERS &&
-              (unsigned)cfg->slam < NAV_SLAM_MODES && (unsigned)cfg->lost < NAV_LOST_POLICIES &&
-              (unsigned)cfg->frontier < FRONTIER_MODES &&
+              within(cfg->turns, -TURNS_MAX, TURNS_MAX) && within(cfg->look_age_s, 1.0f, 3600.0f) &&
+              (unsigned)cfg->planner < NAV_PLANNERS && (unsigned)cfg->slam < NAV_SLAM_MODES &&
+              (unsigned)cfg->lost < NAV_LOST_POLICIES && (unsigned)cfg->frontier < FRONTIER_MODES &&
               (unsigned)cfg->follower.yaw_mode < FOLLOWER_YAW_MODES;
   return good ? MISSION_OK : MISSION_BAD_VALUE;
 }
@@ -119,7 +122,7 @@ static mission_reason_t preflight(const nav_t *nav) {
   return area_usable(nav) ? MISSION_OK : MISSION_BAD_AREA;
 }
 
-static mission_reason_t check_goal(const nav_t *nav, vec2_t goal_m) {
+mission_reason_t nav_check_place(const nav_t *nav, vec2_t goal_m) {
   grid_cell_t cell;
   if (!(fabsf(goal_m.x) < AREA_MAX_M && fabsf(goal_m.y) < AREA_MAX_M)) {
     return geometry_is_finite(goal_m.x) && geometry_is_finite(goal_m.y) ? MISSION_OUTSIDE_GRID
@@ -132,16 +135,24 @@ static mission_reason_t check_goal(const nav_t *nav, vec2_t goal_m) {
       !within(goal_m.y, nav->cfg.area_min_m.y, nav->cfg.area_max_m.y)) {
     return MISSION_OUTSIDE_AREA;
   }
-  return clearance_blocked(&nav->clearance, cell.ix, cell.iy) ? MISSION_GOAL_OCCUPIED : MISSION_OK;
+  return MISSION_OK;
 }
 
 static mission_reason_t command_goto(nav_t *nav, vec2_t goal_m) {
-  mission_reason_t reason = check_goal(nav, goal_m);
+  mission_reason_t reason = nav_check_place(nav, goal_m);
+  if (reason == MISSION_OK &&
+      clearance_blocked_at(&nav->clearance, grid_to_cells(&nav->grid, goal_m))) {
+    reason = MISSION_GOAL_OCCUPIED;
+  }
   if (reason == MISSION_OK) {
     nav->goal_m = goal_m;
     nav_set_task(nav, MISSION_TASK_GOTO);
   }
   return reason;
+}
+
+static mission_reason_t command_waypoints(nav_t *nav, mission_cmd_t cmd) {
+  return nav_start_waypoints(nav, cmd == MISSION_CMD_FLY ? MISSION_TASK_FLY : MISSION_TASK_PATROL);
 }
 
 /** Whatever it believed: look for itself in the map. */
@@ -174,8 +185,13 @@ static mission_reason_t command_grounded(nav_t *nav, const nav_command_t *comman
   if (command->cmd == MISSION_CMD_RELOCALISE) {
     return command_relocalise(nav);
   }
-  nav->mission.task =
-      command->cmd == MISSION_CMD_EXPLORE ? MISSION_TASK_EXPLORE : MISSION_TASK_NONE;
+  if (command->cmd == MISSION_CMD_FLY || command->cmd == MISSION_CMD_PATROL) {
+    return command_waypoints(nav, command->cmd);
+  }
+  bool explore = command->cmd == MISSION_CMD_EXPLORE;
+  bool spin = command->cmd == MISSION_CMD_SPIN;
+  nav->to_spin_rad = TURN * nav->cfg.turns;
+  nav->mission.task = explore ? MISSION_TASK_EXPLORE : spin ? MISSION_TASK_SPIN : MISSION_TASK_NONE;
   nav_apply(nav, MISSION_EV_TAKE_OFF);
   return MISSION_OK;
 }
@@ -201,6 +217,13 @@ static mission_reason_t command_airborne(nav_t *nav, const nav_command_t *comman
     return MISSION_OK;
   case MISSION_CMD_RELOCALISE:
     return command_relocalise(nav);
+  case MISSION_CMD_SPIN:
+    nav->to_spin_rad = TURN * nav->cfg.turns;
+    nav_set_task(nav, MISSION_TASK_SPIN);
+    return MISSION_OK;
+  case MISSION_CMD_FLY:
+  case MISSION_CMD_PATROL:
+    return command_waypoints(nav, command->cmd);
   default:
     return MISSION_FLYING;
   }

@@ -31,6 +31,8 @@ static const float HAND_M = 0.15f;
 static const float HAND_S = 0.5f;     ///< a hand above for so long asks to land
 static const float WATCH_RAD = 0.65f; ///< to both sides while it keeps watch
 static const uint32_t WATCH_MS = 2200u;
+static const float SPIN_GAIN_PER_S = 2.0f;
+static const float SPUN_RAD = 0.05f; ///< so near to its end a spin is over
 static const uint32_t STEP_TIMEOUT_MS = 8000u;
 static const uint32_t STALL_MS = 10000u;
 
@@ -69,11 +71,27 @@ static follower_command_t turn_around(nav_t *nav) {
   return command;
 }
 
+/** Turning at its post until it has turned as often as it was told. */
+static follower_command_t spin(nav_t *nav) {
+  nav->to_spin_rad -= geometry_wrap_rad(nav->pose.yaw_rad - nav->post.yaw_rad);
+  nav->post.yaw_rad = nav->pose.yaw_rad;
+  float rate_rps = nav->cfg.scan_rate_rps;
+  follower_command_t command = follower_hold(&nav->cfg.follower, nav->pose, nav->post);
+  command.yaw_rate_rps = geometry_clamp(SPIN_GAIN_PER_S * nav->to_spin_rad, -rate_rps, rate_rps);
+  if (fabsf(nav->to_spin_rad) < SPUN_RAD) {
+    nav_apply(nav, MISSION_EV_SCANNED);
+  }
+  return command;
+}
+
 /** Too many looks and retreats without getting on: give up, say so, hold; exploring, it flies
  * elsewhere. @return false if it gave up */
 static bool keep_trying(nav_t *nav) {
   if (nav->mission.task == MISSION_TASK_NONE || nav->mission.task == MISSION_TASK_EXPLORE ||
       ++nav->plan.stalls <= STALLS_MAX) {
+    return true;
+  }
+  if (nav_skip_waypoint(nav, MISSION_STUCK)) {
     return true;
   }
   nav_emit(nav, WIRE_EVENT_REFUSED, MISSION_STUCK, pose2_position(nav->pose));
@@ -101,6 +119,9 @@ static void note_progress(nav_t *nav) {
 static void arrive(nav_t *nav) {
   if (nav->plan.approach) {
     look_again(nav);
+    return;
+  }
+  if (nav_pass_waypoint(nav)) {
     return;
   }
   nav_emit(nav, WIRE_EVENT_ARRIVED, (uint8_t)nav->mission.task, pose2_position(nav->pose));
@@ -182,6 +203,8 @@ static follower_command_t command_of_state(nav_t *nav, bool fresh) {
   switch (nav->mission.state) {
   case MISSION_SCAN:
     return turn_around(nav);
+  case MISSION_SPIN:
+    return spin(nav);
   case MISSION_FOLLOW:
   case MISSION_RETURN:
     return follow(nav, fresh);

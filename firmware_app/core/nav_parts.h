@@ -30,6 +30,15 @@ pose2_t nav_estimate(const nav_t *nav);
 /** Of the pose, for the ground [%]. */
 uint8_t nav_confidence(const nav_t *nav);
 
+/** May the drone be sent there, whatever the map says? */
+mission_reason_t nav_check_place(const nav_t *nav, vec2_t place_m);
+/** Set off along the way points. */
+mission_reason_t nav_start_waypoints(nav_t *nav, mission_task_t task);
+/** At the end of a route: a way point? @return true if it flies on to the next */
+bool nav_pass_waypoint(nav_t *nav);
+/** The present way point cannot be reached. @return true if it goes on to another; PLAN then has a
+ * new goal */
+bool nav_skip_waypoint(nav_t *nav, mission_reason_t reason);
 /** Nothing was looked at in vain yet. */
 void nav_start_exploring(nav_t *nav);
 /** One slice of planning, where the state asks for it. A new plan is asked for by plan.stage =

@@ -33,10 +33,19 @@ static void doubt(nav_t *nav) {
 /** There is no way now. In the air it may be noise: look around and try again, a few times. */
 static void fail(nav_t *nav, mission_reason_t reason, vec2_t place_m) {
   nav->plan.stage = NAV_PLAN_DONE;
+  if (nav->clearance.observed_only) { // then not only through what was observed
+    clearance_observed_only(&nav->clearance, false);
+    nav->plan.stage = NAV_PLAN_BEGIN;
+    return;
+  }
   if (mission_airborne(nav->mission.state) && nav->plan.looks_left > 0) {
     nav->plan.looks_left--;
     doubt(nav);
     nav_apply(nav, MISSION_EV_LOOK);
+    return;
+  }
+  if (nav_skip_waypoint(nav, reason)) {
+    nav->plan.stage = NAV_PLAN_BEGIN;
     return;
   }
   nav->mission.fault = reason;

@@ -15,6 +15,7 @@ void nav_set_task(nav_t *nav, mission_task_t task) {
   nav->mission.task = task;
   nav->plan.looks_left = task == MISSION_TASK_GOTO ? 0 : NAV_LOOKS;
   nav_start_exploring(nav);
+  clearance_observed_only(&nav->clearance, task == MISSION_TASK_HOME);
   nav_apply(nav, MISSION_EV_TASK);
 }
 
@@ -66,6 +67,7 @@ static void enter_state(nav_t *nav, mission_state_t before, mission_event_t even
   case MISSION_RELOCALISE:
     nav_start_looking(nav);
     break;
+  case MISSION_SPIN:
   case MISSION_AVOID:
   case MISSION_HOVER:
   case MISSION_LAND:

@@ -6,11 +6,48 @@
 
 static const uint32_t BATTERY_HOLD_MS = 2000u;    ///< a dip shorter than this is load, not charge
 static const float BATTERY_EMPTY_BELOW_V = 0.15f; ///< under the low limit: land where it is
+static const uint32_t SAGGED_MS = 5000u;          ///< after take-off; the load is steady then
+static const float FAST_S = 3.0f;
+static const float SLOW_S = 30.0f;
+static const float KNEE = 2.0f;             ///< towards the end the voltage falls faster
+static const float LEAST_FALL_VPS = 0.001f; ///< half of what hovering takes
+static const float DETOUR = 2.5f;
+static const float DETOUR_M = 2.0f;
+static const float SHARE_OF_SPEED = 0.6f; ///< of cruising that is left, with corners
+static const float LOOKING_S = 5.0f;      ///< turns and plans on the way
 static const uint32_t RANGES_FROZEN_MS = 1000u;
 static const uint32_t BAD_ESTIMATE_MS = 300u;
 
+/** Learn how fast the voltage falls. Of a falling line the slower filter lags by more: the
+ * difference tells the slope. What load does to the voltage is the same for both, but for a while.
+ */
+static void learn_discharge(nav_t *nav) {
+  nav_endurance_t *known = &nav->endurance;
+  float voltage_v = nav->input.battery_v;
+  if (nav_now_ms(nav) - known->grounded_ms < SAGGED_MS) {
+    known->fast_v = known->slow_v = voltage_v;
+  }
+  known->fast_v += (voltage_v - known->fast_v) * nav->tick_s / FAST_S;
+  known->slow_v += (voltage_v - known->slow_v) * nav->tick_s / SLOW_S;
+  known->flown_m += vec2_norm(nav->input.velocity_mps) * nav->tick_s;
+}
+
+/** The voltage that it must still have to come home and land with the limit left. The way home is
+ * no longer than what was flown, and seldom many times as long as it looks. */
+static float needed_v(const nav_t *nav) {
+  const nav_endurance_t *known = &nav->endurance;
+  float learned_vps = KNEE * (known->slow_v - known->fast_v) / (SLOW_S - FAST_S);
+  float fall_vps = learned_vps > LEAST_FALL_VPS ? learned_vps : LEAST_FALL_VPS;
+  float straight_m = vec2_distance(pose2_position(nav->pose), pose2_position(nav->home));
+  float way_m = geometry_clamp(known->flown_m, straight_m, DETOUR * straight_m + DETOUR_M);
+  float home_s = way_m / (SHARE_OF_SPEED * nav->cfg.follower.speed_mps) + LOOKING_S +
+                 nav->cfg.height_m / nav->cfg.descend_mps;
+  return nav->cfg.low_battery_v + fall_vps * home_s;
+}
+
 static void watch_battery(nav_t *nav) {
-  if (nav->input.battery_v >= nav->cfg.low_battery_v) {
+  learn_discharge(nav);
+  if (nav->input.battery_v >= (nav->battery_low ? nav->cfg.low_battery_v : needed_v(nav))) {
     nav->battery_good_ms = nav_now_ms(nav);
   }
   bool low = nav_now_ms(nav) - nav->battery_good_ms > BATTERY_HOLD_MS;
@@ -61,6 +98,8 @@ static void watch_senses(nav_t *nav) {
 void nav_watch(nav_t *nav) {
   if (!mission_airborne(nav->mission.state)) {
     nav->battery_good_ms = nav->link_seen_ms = nav->estimate_good_ms = nav_now_ms(nav);
+    nav->endurance.grounded_ms = nav_now_ms(nav);
+    nav->endurance.flown_m = 0.0f;
     nav_watch_lifting(nav);
     return;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#pragma GCC optimize("O3", "fp-contract=off")
+#pragma GCC optimize("O2", "fp-contract=off")
 #include "tree.h"
 
 #include <math.h>

@@ -60,9 +60,13 @@ static vec2_t get_vec2(const uint8_t *p) {
   return (vec2_t){get_float(p), get_float(p + 4)};
 }
 
-static float get_mm(const uint8_t *p) {
+static int16_t get_i16(const uint8_t *p) {
   int32_t raw = get_u16(p);
-  return (float)(raw >= 0x8000 ? raw - 0x10000 : raw) / MILLIMETRES;
+  return (int16_t)(raw >= 0x8000 ? raw - 0x10000 : raw);
+}
+
+static float get_mm(const uint8_t *p) {
+  return (float)get_i16(p) / MILLIMETRES;
 }
 
 static uint8_t *put_path(uint8_t *p, const wire_path_t *path) {
@@ -74,6 +78,21 @@ static uint8_t *put_path(uint8_t *p, const wire_path_t *path) {
   for (int i = 0; i < count; i++) {
     p = put_mm(p, path->points_m[i].x);
     p = put_mm(p, path->points_m[i].y);
+  }
+  return p;
+}
+
+static uint8_t *put_waypoints(uint8_t *p, const wire_waypoints_t *waypoints) {
+  uint8_t count = waypoints->count < WIRE_WAYPOINTS_A_PACKET ? waypoints->count
+                                                             : (uint8_t)WIRE_WAYPOINTS_A_PACKET;
+  p = put_u16(p, waypoints->sequence);
+  p = put_u8(p, waypoints->list);
+  p = put_u8(p, waypoints->first);
+  p = put_u8(p, waypoints->total);
+  p = put_u8(p, count);
+  for (int i = 0; i < count; i++) {
+    p = put_u16(p, (uint16_t)waypoints->points_mm[i][0]);
+    p = put_u16(p, (uint16_t)waypoints->points_mm[i][1]);
   }
   return p;
 }
@@ -103,6 +122,9 @@ int wire_encode(const wire_message_t *message, uint8_t *packet) {
   case WIRE_PATH:
     p = put_path(p, &message->body.path);
     break;
+  case WIRE_WAYPOINTS:
+    p = put_waypoints(p, &message->body.waypoints);
+    break;
   case WIRE_EVENT:
     p = put_u16(p, message->body.event.sequence);
     p = put_u32(p, message->body.event.time_ms);
@@ -127,8 +149,8 @@ int wire_encode(const wire_message_t *message, uint8_t *packet) {
   return (int)(p - packet);
 }
 
-/** Bytes of a packet of this type; -1 if there is no such type. A path's length depends on its
- * count at byte 5. */
+/** Bytes of a packet of this type; -1 if there is no such type. The length of one with points
+ * depends on their count. */
 static int length_of(const uint8_t *packet, int length) {
   switch (packet[1]) {
   case WIRE_HELLO:
@@ -139,6 +161,8 @@ static int length_of(const uint8_t *packet, int length) {
     return HEADER_BYTES + 4;
   case WIRE_PATH:
     return HEADER_BYTES + 4 + (length > 5 ? 4 * packet[5] : 0);
+  case WIRE_WAYPOINTS:
+    return HEADER_BYTES + 6 + (length > 7 ? 4 * packet[7] : 0);
   case WIRE_EVENT:
     return HEADER_BYTES + 16;
   case WIRE_HEARTBEAT:
@@ -159,6 +183,18 @@ static void get_path(const uint8_t *p, wire_path_t *path) {
   path->count = p[3];
   for (int i = 0; i < path->count; i++) {
     path->points_m[i] = (vec2_t){get_mm(p + 4 + 4 * i), get_mm(p + 6 + 4 * i)};
+  }
+}
+
+static void get_waypoints(const uint8_t *p, wire_waypoints_t *waypoints) {
+  waypoints->sequence = get_u16(p);
+  waypoints->list = p[2];
+  waypoints->first = p[3];
+  waypoints->total = p[4];
+  waypoints->count = p[5];
+  for (int i = 0; i < waypoints->count; i++) {
+    waypoints->points_mm[i][0] = get_i16(p + 6 + 4 * i);
+    waypoints->points_mm[i][1] = get_i16(p + 8 + 4 * i);
   }
 }
 
@@ -195,6 +231,9 @@ wire_status_t wire_decode(const uint8_t *packet, int length, wire_message_t *mes
     break;
   case WIRE_PATH:
     get_path(p, &message->body.path);
+    break;
+  case WIRE_WAYPOINTS:
+    get_waypoints(p, &message->body.waypoints);
     break;
   case WIRE_EVENT:
     message->body.event = (wire_event_t){get_u16(p), get_u32(p + 2), p[6], p[7], get_vec2(p + 8)};

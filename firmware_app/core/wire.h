@@ -15,9 +15,10 @@ enum {
   WIRE_VERSION = 1,
   WIRE_PACKET_BYTES = 30,
   WIRE_PATH_POINTS = 6, ///< in one PATH packet
-  WIRE_MAP_BYTES = 26,  ///< 6 x uint32 + 1 x uint16: one log block
-  WIRE_MAP_POINTS = 5,  ///< obstacle points in one piece
-  WIRE_MAP_CELLS = 64,  ///< 8 x 8, the grid's tile
+  WIRE_WAYPOINTS_A_PACKET = 5,
+  WIRE_MAP_BYTES = 26, ///< 6 x uint32 + 1 x uint16: one log block
+  WIRE_MAP_POINTS = 5, ///< obstacle points in one piece
+  WIRE_MAP_CELLS = 64, ///< 8 x 8, the grid's tile
   WIRE_MAP_EPOCHS = 4,
 };
 
@@ -30,6 +31,7 @@ typedef enum {
   WIRE_HEARTBEAT = 6, ///< ground sends, drone answers with the same sequence: wire_heartbeat_t
   WIRE_SNAPSHOT = 7,  ///< ground: send hello, path and the whole map again
   WIRE_MAP = 8,       ///< ground: a piece of a map that it has kept, as the drone sent it
+  WIRE_WAYPOINTS = 9, ///< ground: wire_waypoints_t, acknowledged
 } wire_type_t;
 
 typedef enum { WIRE_OK, WIRE_SHORT, WIRE_LONG, WIRE_BAD_VERSION, WIRE_BAD_TYPE } wire_status_t;
@@ -57,9 +59,20 @@ typedef struct {
   vec2_t goal_m;     ///< map frame; only for MISSION_CMD_GOTO
 } wire_command_t;
 
+/** Some of the way points of a list. The same packet again changes nothing; one of another list, or
+ * of another total, begins anew. */
+typedef struct {
+  uint16_t sequence;                             ///< that the answer carries
+  uint8_t list;                                  ///< any number, another one for other way points
+  uint8_t first;                                 ///< index of the first point here
+  uint8_t total;                                 ///< points of the whole list
+  uint8_t count;                                 ///< points here
+  int16_t points_mm[WIRE_WAYPOINTS_A_PACKET][2]; ///< x and y, map frame
+} wire_waypoints_t;
+
 typedef struct {
   uint16_t sequence;
-  uint8_t cmd;
+  uint8_t cmd;    ///< mission_cmd_t; MISSION_CMD_NONE answers WAYPOINTS
   uint8_t reason; ///< mission_reason_t; MISSION_OK: taken
 } wire_ack_t;
 
@@ -75,10 +88,12 @@ typedef enum {
   WIRE_EVENT_STATE = 1, ///< argument: mission_state_t entered
   WIRE_EVENT_REFUSED =
       2, ///< argument: mission_reason_t; place: the reachable point nearest to the goal
-  WIRE_EVENT_FAULT = 3,   ///< argument: mission_reason_t
-  WIRE_EVENT_ARRIVED = 4, ///< place: where
-  WIRE_EVENT_EXPLORED = 5,
-  WIRE_EVENT_FOUND = 6, ///< it knows again where it is; place: where
+  WIRE_EVENT_FAULT = 3,    ///< argument: mission_reason_t
+  WIRE_EVENT_ARRIVED = 4,  ///< place: where
+  WIRE_EVENT_EXPLORED = 5, ///< argument 0: all that can be reached; 1: some of it was given up
+  WIRE_EVENT_FOUND = 6,    ///< it knows again where it is; place: where
+  WIRE_EVENT_WAYPOINT = 7, ///< argument: number of the way point, from 0; place: where it arrived
+  WIRE_EVENT_SKIPPED = 8,  ///< argument: mission_reason_t; place: the way point
 } wire_event_code_t;
 
 typedef struct {
@@ -102,6 +117,7 @@ typedef struct {
     wire_command_t command;
     wire_ack_t ack;
     wire_path_t path;
+    wire_waypoints_t waypoints;
     wire_event_t event;
     wire_heartbeat_t heartbeat;
     uint8_t map[WIRE_MAP_BYTES];

@@ -24,6 +24,7 @@ FLOATS = [
     "cell",
     "lookAge",
     "lookWidth",
+    "turns",
 ]
 BYTES = ["yawMode", "planner", "slam", "lost", "frontier"]
 BAD = [(name, value) for name in FLOATS for value in (math.nan, math.inf, -1e30, 1e30)]
@@ -46,6 +47,7 @@ GOOD = [
     ("cell", 0.1),
     ("lookAge", 5.0),
     ("lookWidth", 0.2),
+    ("turns", -3.0),
 ]
 
 

@@ -62,6 +62,7 @@ PARAMS = {
     "cell": P_FLOAT | EXTENDED,
     "lookAge": P_FLOAT | EXTENDED,
     "lookWidth": P_FLOAT | EXTENDED,
+    "turns": P_FLOAT | EXTENDED,
     "selftest": P_UINT8 | EXTENDED,
 }
 # What cfclient and cflib's helpers look up; without some of these they stop working.
@@ -152,6 +153,7 @@ def test_defaults_told_to_clients_are_those_of_the_core() -> None:
         "cell": cfg.cell_m,
         "lookAge": cfg.look_age_s,
         "lookWidth": cfg.look_half_width_m,
+        "turns": cfg.turns,
     }
     assert core.keys() == PARAMS.keys() - {"cmd", "goalX", "goalY", "selftest"}
     assert drone.default("way.selftest") == 0

@@ -12,7 +12,7 @@ from ground.core import ffi, lib
 
 STATES = range(lib.MISSION_STATES)
 EVENTS = range(lib.MISSION_EVENTS)
-TASKS = range(lib.MISSION_TASK_HOME + 1)
+TASKS = range(lib.MISSION_TASKS)
 GROUNDED = {lib.MISSION_IDLE, lib.MISSION_FAULT}
 
 

@@ -27,6 +27,21 @@ def path(points: list[dict[str, float]]) -> st.SearchStrategy[dict[str, Any]]:
     return of(revision=u8, first=u8, total=u8, count=st.just(len(points)), points_m=st.just(points))
 
 
+def listed(points: list[list[int]]) -> st.SearchStrategy[dict[str, Any]]:
+    return of(
+        sequence=u16,
+        list=u8,
+        first=u8,
+        total=u8,
+        count=st.just(len(points)),
+        points_mm=st.just(points),
+    )
+
+
+signed = st.integers(-0x8000, 0x7FFF)
+lists = st.lists(
+    st.lists(signed, min_size=2, max_size=2), max_size=lib.WIRE_WAYPOINTS_A_PACKET
+).flatmap(listed)
 paths = st.lists(way_points, max_size=lib.WIRE_PATH_POINTS).flatmap(path)
 BODIES = {
     lib.WIRE_HELLO: (
@@ -36,6 +51,7 @@ BODIES = {
     lib.WIRE_COMMAND: ("command", of(sequence=u16, cmd=u8, goal_m=vectors)),
     lib.WIRE_ACK: ("ack", of(sequence=u16, cmd=u8, reason=u8)),
     lib.WIRE_PATH: ("path", paths),
+    lib.WIRE_WAYPOINTS: ("waypoints", lists),
     lib.WIRE_EVENT: (
         "event",
         of(sequence=u16, time_ms=u32, code=u8, argument=u8, place_m=vectors),
@@ -44,7 +60,7 @@ BODIES = {
 }
 kinds = st.sampled_from(sorted(BODIES))
 messages = kinds.flatmap(lambda kind: st.tuples(st.just(kind), BODIES[kind][1]))
-TYPES = {*BODIES, lib.WIRE_SNAPSHOT}
+TYPES = {*BODIES, lib.WIRE_SNAPSHOT, lib.WIRE_MAP}
 
 
 def plain(value: CData) -> CData:
@@ -84,6 +100,8 @@ def test_every_packet_comes_back(sent: tuple[int, dict[str, Any]]) -> None:
     if kind == lib.WIRE_PATH:
         for point, wanted in zip(got.pop("points_m"), fields["points_m"], strict=False):
             assert point == pytest.approx(wanted, abs=1e-5)
+    if kind == lib.WIRE_WAYPOINTS:
+        assert got.pop("points_mm")[: fields["count"]] == fields["points_mm"]
     assert all(got[name] == fields[name] for name in got)
 
 

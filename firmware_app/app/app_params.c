@@ -286,8 +286,8 @@ PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, lost, &wanted.lost, on_c
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lostTime, &wanted.lost_time, on_change)
 /**
- * @brief Battery voltage below which it returns home; it lands below lowBat - 0.15,
- * 2.8 to 4.2 [V]
+ * @brief Battery voltage that is left when it is home again, as far as can be foreseen; below
+ * lowBat - 0.15 it lands where it is. 2.8 to 4.2 [V]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lowBat, &wanted.low_battery, on_change)
 /**
@@ -304,6 +304,11 @@ PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lookAge, &wanted.look_ag
  * 0 to 0.5 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lookWidth, &wanted.look_width, on_change)
+/**
+ * @brief Turns of a spin, counter-clockwise if positive,
+ * -20 to 20 [turns]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, turns, &wanted.turns, on_change)
 /**
  * @brief Not 0: test at the start, and when written on the ground without a map, that this drone
  * computes what a PC computes; takes some seconds. Log way.selfState tells

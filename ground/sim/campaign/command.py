@@ -70,8 +70,8 @@ def replay(wanted: Wanted, number: int, world: Path | None, out: Console) -> boo
     flight = fly(wanted.mission(number))
     for name, value in _told(flight.row):
         out.print(f"  {name:12} [bold]{value}[/]")
-    for x_m, y_m in flight.contacts_m:
-        out.print(f"  touched something at {x_m:.2f} {y_m:.2f}")
+    for (x_m, y_m), contact in zip(flight.contacts_m, flight.contacts, strict=True):
+        out.print(f"  touched at {x_m:.2f} {y_m:.2f} after {contact}", soft_wrap=True)
     if world is not None:
         world.write_text(world_text(flight.spec), encoding="utf-8")
         options = wanted.mission(number).options()

@@ -75,7 +75,9 @@ class Flight:
     trail: Array
     """True poses: s, x, y, z [m], yaw [rad]."""
     contacts_m: Array
-    """Where the drone was when it touched something."""
+    """Where the drone was when it touched something ..."""
+    contacts: tuple[str, ...]
+    """... what that was, and who came how fast."""
     believed_m: Array
     """Where it believed to be."""
     drawn_m: Array
@@ -115,6 +117,7 @@ class Judge:
             self._world.spec,
             self.trail,
             contacts_m=np.array(contacts).reshape(-1, 2),
+            contacts=tuple(_sentence(contact) for contact in self.contacts),
             believed_m=self._in_world(believed),
             drawn_m=self._in_world(self._pilot.picture.map.obstacles_m()),
         )
@@ -130,6 +133,13 @@ class Judge:
         """Where the drone was, world frame."""
         x_m, y_m = (np.interp(time_s, self.trail[:, 0], self.trail[:, i]) for i in (1, 2))
         return float(x_m), float(y_m)
+
+
+def _sentence(contact: dict[str, Any]) -> str:
+    return (
+        f"{contact['time_s']:.2f} s: {contact['obstacle']}, the drone came with "
+        f"{contact['drone_mps']:.2f} m/s, it with {contact['obstacle_mps']:.2f} m/s"
+    )
 
 
 def word_for(outcome: Outcome) -> str:

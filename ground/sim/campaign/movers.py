@@ -20,6 +20,8 @@ PERSON: Final = "person"
 KEEP_OFF_M: Final = 0.9
 """Nobody walks nearer to the start or the goal of the drone."""
 _PERSON_GAP_M: Final = 0.3
+_SLOW_MPS: Final = (0.12, 0.25)
+_BRISK_MPS: Final = (0.25, 1.2)
 _LEAF_M: Final = 0.04
 _CRATE_M: Final = (0.25, 0.5)
 _TRIES: Final = 20
@@ -50,7 +52,7 @@ def draw_person(
         return []
     motion = Motion(
         tuple(there_and_back[1:]),
-        speed_mps=rng.uniform(0.15, 1.2),
+        speed_mps=rng.uniform(*(_SLOW_MPS if rng.random() < 0.5 else _BRISK_MPS)),
         start_s=rng.uniform(0.0, 5.0),
         loop=True,
         pause_s=rng.uniform(0.0, 2.0),

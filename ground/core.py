@@ -104,6 +104,8 @@ class MissionReason(IntEnum):
     LOST = lib.MISSION_LOST
     NO_MAP = lib.MISSION_NO_MAP
     NO_WAYPOINTS = lib.MISSION_NO_WAYPOINTS
+    FLOW_LOST = lib.MISSION_FLOW_LOST
+    BLIND = lib.MISSION_BLIND
 
 
 class WireType(IntEnum):

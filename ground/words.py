@@ -45,6 +45,8 @@ REASON_WORDS: dict[MissionReason, str] = {
     MissionReason.LOST: "it could not find out where it is in its map",
     MissionReason.NO_MAP: "it has no map to find itself in",
     MissionReason.NO_WAYPOINTS: "it has no way points",
+    MissionReason.FLOW_LOST: "the flow sensor sees nothing of the floor",
+    MissionReason.BLIND: "one of its distance sensors is stuck or dead",
 }
 
 SELF_TEST_WORDS: dict[SelfTest, str] = {

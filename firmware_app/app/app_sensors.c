@@ -25,15 +25,17 @@ enum {
   SOURCE_BATTERY = SOURCE_VARIANCE + 3,
   SOURCE_RANGE,
   SOURCE_GYRO = SOURCE_RANGE + SCAN_RANGES,
+  SOURCE_FLOW,
   SOURCES,
   RANGE_NOTHING_MM = 8000, ///< from here on nothing was seen; 32767 is said so
   SETTLE_MS = 1000,
+  FLOW_FEATURES_MIN = 10, ///< that the flow sensor sees; with less its motion is noise
 };
 
 static const float RAD_PER_DEG = 0.01745329252f;
 static const float M_PER_MM = 0.001f;
 /** Variance of the velocity [(m/s)^2]. A Flow deck reaches about 0.002 on the ground and 0.02 at 1
- * m; without flow it grows by 0.25 a second. */
+ * m; without flow it takes eight seconds to the larger one. */
 static const float SETTLED_BELOW = 0.05f;
 static const float LOST_ABOVE = 0.25f;
 
@@ -61,6 +63,7 @@ static const struct {
     [SOURCE_RANGE + SCAN_RIGHT] = {"range", "right", NAV_HAS_RANGER},
     [SOURCE_RANGE + SCAN_UP] = {"range", "up", NAV_HAS_RANGER},
     [SOURCE_GYRO] = {"gyro", "z", NAV_ESTIMATOR_SETTLED},
+    [SOURCE_FLOW] = {"motion", "squal", NAV_HAS_FLOW},
 };
 
 static logVarId_t ids[SOURCES];
@@ -119,6 +122,10 @@ static bool estimator_settled(uint32_t time_ms) {
   return settled;
 }
 
+static bool sees_floor(void) {
+  return value(SOURCE_FLOW) >= FLOW_FEATURES_MIN;
+}
+
 static uint8_t read_flags(uint32_t time_ms) {
   const bool can_fly =
       supervisorIsArmed() && supervisorCanFly() && !supervisorIsLocked() && !supervisorIsCrashed();
@@ -129,6 +136,7 @@ static uint8_t read_flags(uint32_t time_ms) {
   flags |= can_fly ? NAV_CAN_FLY : 0;
   flags |= supervisorIsFlying() ? NAV_IS_FLYING : 0;
   flags |= supervisorIsTumbled() ? NAV_TUMBLED : 0;
+  flags |= sees_floor() ? 0 : NAV_FLOW_LOST;
   flags |= crtpIsConnected() ? NAV_LINK_ALIVE : 0;
   return flags & (uint8_t)~missing;
 }

@@ -26,6 +26,8 @@ static const char *const reasons[] = {
     [MISSION_LOST] = "it does not know where it is in its map",
     [MISSION_NO_MAP] = "there is no map to find itself in",
     [MISSION_NO_WAYPOINTS] = "no way points",
+    [MISSION_FLOW_LOST] = "the floor is not seen",
+    [MISSION_BLIND] = "a side is not seen",
 };
 
 _Static_assert(sizeof reasons / sizeof *reasons == MISSION_REASONS, "a reason without words");

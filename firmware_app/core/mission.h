@@ -107,6 +107,8 @@ typedef enum {
   MISSION_LOST,         ///< it did not find out where it is in its map
   MISSION_NO_MAP,       ///< there is no map to find itself in
   MISSION_NO_WAYPOINTS, ///< none are held, or not all have come
+  MISSION_FLOW_LOST,    ///< the flow sensor sees nothing of the floor
+  MISSION_BLIND,        ///< one of the range sensors is stuck or dead
   MISSION_REASONS,
 } mission_reason_t;
 

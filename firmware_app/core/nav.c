@@ -49,9 +49,7 @@ static void take_input(nav_t *nav, const nav_input_t *input) {
   uint32_t elapsed_ms = input->odometry.time_ms - before.odometry.time_ms;
   nav->tick_s = geometry_clamp((float)elapsed_ms, 1.0f, 100.0f) * 0.001f;
   nav->input = *input;
-  if (odometry_usable(&input->odometry)) {
-    nav->estimate_good_ms = input->odometry.time_ms;
-  } else {
+  if (!odometry_usable(&input->odometry)) {
     nav->input.odometry = before.odometry;
     nav->input.odometry.pose = nav_estimate(nav);
     nav->input.odometry.time_ms = input->odometry.time_ms;
@@ -142,6 +140,7 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
       scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_look(nav);
   if (fresh) {
     watch_set(nav, &frame);
+    nav_check_beams(nav, &frame);
     take_set(nav, &frame);
   }
   bool busy =

@@ -81,6 +81,7 @@ typedef enum {
   NAV_IS_FLYING = 16,
   NAV_TUMBLED = 32,
   NAV_LINK_ALIVE = 64,
+  NAV_FLOW_LOST = 128, ///< the flow sensor sees nothing of the floor
 } nav_flag_t;
 
 /** What measures the position itself, so that the estimate does not drift. */
@@ -245,10 +246,11 @@ typedef struct {
   float best_progress_m;    ///< along the route since it was made
   uint32_t state_since_ms;
   uint32_t link_seen_ms;
-  uint32_t battery_good_ms;  ///< when the battery was last above the limit
-  uint32_t estimate_good_ms; ///< when the odometry was last usable
-  bool link_lost;            ///< the policy has acted
-  bool battery_low;          ///< likewise
+  uint32_t battery_good_ms;   ///< when the battery was last above the limit
+  uint32_t estimate_good_ms;  ///< when odometry and flow were last usable
+  uint8_t silent[SCAN_BEAMS]; ///< sets in a row without an answer, while flying or looking around
+  bool link_lost;             ///< the policy has acted
+  bool battery_low;           ///< likewise
 } nav_t;
 
 /** The only place where these numbers are. */

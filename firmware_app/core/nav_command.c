@@ -119,6 +119,9 @@ static mission_reason_t preflight(const nav_t *nav) {
   if ((flags & NAV_ESTIMATOR_SETTLED) == 0) {
     return MISSION_ESTIMATOR;
   }
+  if (nav_half_blind(nav)) {
+    return MISSION_BLIND;
+  }
   return area_usable(nav) ? MISSION_OK : MISSION_BAD_AREA;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
 /* Policies: what ends or changes a flight from outside the mission. */
+#include <string.h>
+
 #include "nav.h"
 #include "nav_parts.h"
 
@@ -16,7 +18,15 @@ static const float DETOUR_M = 2.0f;
 static const float SHARE_OF_SPEED = 0.6f; ///< of cruising that is left, with corners
 static const float LOOKING_S = 5.0f;      ///< turns and plans on the way
 static const uint32_t RANGES_FROZEN_MS = 1000u;
-static const uint32_t BAD_ESTIMATE_MS = 300u;
+static const uint32_t SILENT_MS = 3000u;
+static const uint32_t BAD_ESTIMATE_MS = 1000u; ///< a dark tile is crossed in less
+
+enum {
+  LOOK_SETS = 12, ///< without an answer from where it flies: another beam shall look
+  DEAD_SETS = 99, ///< without an answer, flying and looking around, while others answer
+};
+
+static const float FLYING_MPS = 0.1f;
 
 /** Learn how fast the voltage falls. Of a falling line the slower filter lags by more: the
  * difference tells the slope. What load does to the voltage is the same for both, but for a while.
@@ -86,11 +96,60 @@ static void watch_link(nav_t *nav) {
   }
 }
 
+void nav_check_beams(nav_t *nav, const scan_frame_t *frame) {
+  mission_state_t state = nav->mission.state;
+  bool follows = state == MISSION_FOLLOW || state == MISSION_RETURN;
+  if ((!follows && state != MISSION_SCAN) || frame->hit == 0) {
+    return;
+  }
+  vec2_t body_mps = vec2_rotate(nav->input.velocity_mps, -nav->input.odometry.pose.yaw_rad);
+  const float towards_mps[SCAN_BEAMS] = {body_mps.x, -body_mps.x, body_mps.y, -body_mps.y};
+  for (int beam = 0; beam < SCAN_BEAMS; beam++) {
+    uint8_t *silent = &nav->silent[beam];
+    if ((frame->clear >> beam & 1u) == 0) {
+      *silent = 0;
+    } else if (*silent < DEAD_SETS) {
+      (*silent)++;
+    }
+    if (*silent % LOOK_SETS == LOOK_SETS - 1 && towards_mps[beam] > FLYING_MPS && follows) {
+      nav_apply(nav, MISSION_EV_LOOK);
+    }
+  }
+}
+
+bool nav_half_blind(const nav_t *nav) {
+  bool on_ground = !mission_airborne(nav->mission.state); // there each of them sees the floor
+  for (int beam = 0; beam < SCAN_BEAMS; beam++) {
+    bool stuck = scan_unchanged(&nav->scan, beam) && (on_ground || nav->scan.last_m[beam] >= 0.0f);
+    if (stuck || nav->silent[beam] >= DEAD_SETS) {
+      return true;
+    }
+  }
+  return scan_silent_ms(&nav->scan, nav_now_ms(nav)) > SILENT_MS;
+}
+
+/** What makes it land where it is, if anything. */
+static mission_reason_t failed_sense(nav_t *nav) {
+  uint32_t now_ms = nav_now_ms(nav);
+  bool settled = (nav->input.flags & NAV_ESTIMATOR_SETTLED) != 0;
+  bool flow =
+      (nav->input.flags & NAV_FLOW_LOST) == 0 || nav->input.positioning != NAV_POSITIONING_NONE;
+  if (settled && flow) {
+    nav->estimate_good_ms = now_ms;
+  }
+  if (scan_age_ms(&nav->scan, now_ms) > RANGES_FROZEN_MS) {
+    return MISSION_RANGES_FROZEN;
+  }
+  if (now_ms - nav->estimate_good_ms > BAD_ESTIMATE_MS) {
+    return flow ? MISSION_ESTIMATOR : MISSION_FLOW_LOST;
+  }
+  return nav_half_blind(nav) ? MISSION_BLIND : MISSION_OK;
+}
+
 static void watch_senses(nav_t *nav) {
-  bool blind = scan_age_ms(&nav->scan, nav_now_ms(nav)) > RANGES_FROZEN_MS;
-  bool lost = nav_now_ms(nav) - nav->estimate_good_ms > BAD_ESTIMATE_MS;
-  if ((blind || lost) && nav->mission.state != MISSION_LAND) {
-    nav_fault(nav, blind ? MISSION_RANGES_FROZEN : MISSION_ESTIMATOR);
+  mission_reason_t reason = failed_sense(nav);
+  if (reason != MISSION_OK && nav->mission.state != MISSION_LAND) {
+    nav_fault(nav, reason);
     nav_apply(nav, MISSION_EV_LAND);
   }
 }
@@ -100,6 +159,7 @@ void nav_watch(nav_t *nav) {
     nav->battery_good_ms = nav->link_seen_ms = nav->estimate_good_ms = nav_now_ms(nav);
     nav->endurance.grounded_ms = nav_now_ms(nav);
     nav->endurance.flown_m = 0.0f;
+    memset(nav->silent, 0, sizeof nav->silent);
     nav_watch_lifting(nav);
     return;
   }

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+enum { STUCK_TICKS = 75 /* 15 sets */ };
+
 static const float NO_RANGE = -1.0f;
 static const float QUARTER_RAD = 1.57079633f;
 
@@ -44,6 +46,10 @@ uint32_t scan_age_ms(const scan_t *scan, uint32_t time_ms) {
   return time_ms - scan->changed_ms;
 }
 
+uint32_t scan_silent_ms(const scan_t *scan, uint32_t time_ms) {
+  return time_ms - scan->answered_ms;
+}
+
 static void remember(scan_t *scan, const scan_odometry_t *odometry) {
   scan->newest = (uint8_t)((scan->newest + 1u) % SCAN_HISTORY);
   scan->history[scan->newest] = *odometry;
@@ -80,14 +86,23 @@ static scan_odometry_t odometry_at(const scan_t *scan, uint32_t time_ms) {
   return *later;
 }
 
+bool scan_unchanged(const scan_t *scan, int beam) {
+  return scan->repeats[beam] >= STUCK_TICKS;
+}
+
 static bool is_new(scan_t *scan, const float *range_m, uint32_t time_ms) {
   bool changed = false;
   bool answered = false;
   for (int i = 0; i < SCAN_RANGES; i++) {
     float value_m = range_m[i] >= 0.0f && geometry_is_finite(range_m[i]) ? range_m[i] : NO_RANGE;
-    changed = changed || value_m != scan->last_m[i];
+    bool same = value_m == scan->last_m[i];
+    scan->repeats[i] = same ? (uint8_t)(scan->repeats[i] + (scan->repeats[i] < STUCK_TICKS)) : 0;
+    changed = changed || !same;
     answered = answered || value_m >= 0.0f;
     scan->last_m[i] = value_m;
+  }
+  if (answered) {
+    scan->answered_ms = time_ms;
   }
   bool silent_set = !answered && time_ms - scan->changed_ms >= scan->cfg.period_ms;
   if (changed || silent_set) {

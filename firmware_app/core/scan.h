@@ -58,8 +58,10 @@ typedef struct {
   scan_odometry_t history[SCAN_HISTORY];
   uint8_t newest;
   uint8_t count;
-  uint32_t changed_ms;       ///< when the ranges last changed, or when no sensor answered
-  float last_m[SCAN_RANGES]; ///< as published; < 0 where invalid
+  uint32_t changed_ms;          ///< when the ranges last changed, or when no sensor answered
+  uint32_t answered_ms;         ///< when a sensor last answered, up included
+  float last_m[SCAN_RANGES];    ///< as published; < 0 where invalid
+  uint8_t repeats[SCAN_RANGES]; ///< ticks in a row in which this one did not change
 } scan_t;
 
 scan_config_t scan_config_default(void);
@@ -74,6 +76,12 @@ float scan_bearing_rad(int beam);
 bool scan_step(scan_t *scan, const scan_odometry_t *odometry, const float *range_m,
                scan_frame_t *frame);
 
+/** It said the same in set after set: no echo, or what no living sensor repeats, as its noise is
+ * more than a millimetre. */
+bool scan_unchanged(const scan_t *scan, int beam);
+
+/** Milliseconds since any sensor answered. */
+uint32_t scan_silent_ms(const scan_t *scan, uint32_t time_ms);
 /** Milliseconds since the ranges last changed. */
 uint32_t scan_age_ms(const scan_t *scan, uint32_t time_ms);
 

@@ -23,6 +23,7 @@ class Broken:
     dead_beams: set[int] = field(default_factory=set)
     short_beams: set[int] = field(default_factory=set)
     scattered: bool = False
+    """What is not near is reported anywhere."""
     flow: bool = False
     height: bool = False
     positioning: bool = False
@@ -41,7 +42,8 @@ def spoil(measured: Ranges, before: Ranges, broken: Broken, rng: np.random.Gener
         if beam in broken.dead_beams:
             return RANGE_NONE_MM
         if broken.scattered:
-            return int(rng.integers(*SCATTER_MM))
+            far = measured[beam] > SCATTER_MM[0]
+            return int(rng.integers(*SCATTER_MM)) if far else measured[beam]
         if beam in broken.short_beams and measured[beam] > BEYOND_MM:
             return int(rng.integers(*SHORT_MM))
         return measured[beam]

@@ -213,7 +213,7 @@ FAULTS: Final[dict[str, Fault]] = {
             ("short", "reports what is far as near"),
         )
     },
-    "map-full": Fault("ranges are anything, until the map is full", _sensors(scattered=True)),
+    "map-full": Fault("far ranges are anything, until the map is full", _sensors(scattered=True)),
     "ranger-gone": Fault(
         "the Multi-ranger falls off",
         _deck_gone("bcMultiranger", _beams("frozen", *_ALL_BEAMS)),

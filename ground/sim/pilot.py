@@ -26,6 +26,7 @@ from ground.model import (
 )
 from ground.picture import Picture
 from ground.sim.crtp import Port, decode, encode
+from ground.sim.faults import Faults
 from ground.sim.firmware import Entry, Firmware
 from ground.sim.plant import PLANT_STEP_S
 from ground.sim.runtime import Options, Simulator
@@ -36,6 +37,7 @@ from ground.words import REASON_WORDS
 TIME_IS_UP: Final = "the time was up"
 _CLIENT: Final = ("client", 1)
 _APP: Final = (Port.PLATFORM, 2)
+_FLOAT: Final = 7
 _LOG_CONTROL, _LOG_DATA, _PARAM_READ, _PARAM_WRITE = 1, 2, 1, 2
 _CREATE_BLOCK, _START_BLOCK = 6, 3
 _LOG_TYPES: Final = {"uint8_t": (1, "B"), "uint16_t": (2, "H"), "uint32_t": (3, "I"),
@@ -82,6 +84,7 @@ class Pilot:
         self._simulator = Simulator(world, options, self._firmware)
         if unknown := self._simulator.unknown_eeprom_names:
             raise ValueError("no persistent parameter " + ", ".join(unknown))
+        self._log_numbers = _numbers(self._firmware.log_entries())
         self._streams: list[_Stream] = []
         self._ack: Ack | None = None
         self._watch: Watch | None = None
@@ -110,6 +113,17 @@ class Pilot:
                 return
         raise NoAnswer(f"parameter {name} was not taken")
 
+    @property
+    def faults(self) -> Faults:
+        """To let something go wrong."""
+        return self._simulator.faults
+
+    def onboard(self, name: str) -> float:
+        """What a log variable says on board, whatever comes through."""
+        number = self._log_numbers[name]
+        data = self._firmware.log_read(number, _FLOAT, self._firmware.now_ms())
+        return float(struct.unpack("<f", data)[0])
+
     def truth(self) -> dict[str, Any]:
         """The simulator's figures of the flight."""
         return self._simulator.status()
@@ -136,7 +150,7 @@ class Pilot:
         while True:
             watch = self._watch = Watch(cmd, goal, self.picture.drone_ms)
             self._outcome = None
-            reason = self._command(cmd, goal)
+            reason = self.command(cmd, goal)
             settled = self.picture.state.airborne or reason is not MissionReason.ESTIMATOR
             if settled or self.time_s >= end_s:
                 break
@@ -151,7 +165,7 @@ class Pilot:
 
     def land(self) -> None:
         """If it flies."""
-        if self._command(MissionCmd.LAND) is MissionReason.OK:
+        if self.command(MissionCmd.LAND) is MissionReason.OK:
             self._step_until(lambda: not self.picture.state.airborne)
 
     def fetch_map(self) -> None:
@@ -162,7 +176,7 @@ class Pilot:
         """Let time pass."""
         self._step_until(lambda: False, seconds)
 
-    def _command(self, cmd: MissionCmd, goal: Point | None = None) -> MissionReason:
+    def command(self, cmd: MissionCmd, goal: Point | None = None) -> MissionReason:
         """Say it until it is acknowledged."""
         self._sequence = (self._sequence + 1) % SEQUENCES
         self._ack = None
@@ -213,7 +227,7 @@ class Pilot:
 
     def _ask_for_logs(self) -> None:
         """The first two blocks of a ground station: its state and the map."""
-        numbers = _numbers(self._firmware.log_entries())
+        numbers = self._log_numbers
         for number, block in enumerate(log_blocks(_MAP_PERIOD_MS)[:2]):
             stream = _Stream(block, numbers)
             self._streams.append(stream)

@@ -41,6 +41,7 @@ class Drone:
             battery_v=4.1,
             supervisor_info=READY,
             var_position_m2=(1e-3, 1e-3, 1e-3),
+            motion_quality=80,
         )
         self.setpoints: list[Setpoint] = []
         self.firmware.set_connected(True)

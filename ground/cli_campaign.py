@@ -13,7 +13,7 @@ import typer
 from ground.cli_parts import EXIT_INTERRUPTED, JsonFile, fail, out
 from ground.errors import GroundError
 
-KINDS = ("goto", "moving", "explore")
+KINDS = ("goto", "moving", "explore", "fault")
 
 
 def campaign(

@@ -125,7 +125,7 @@ def _told(row: Row) -> list[tuple[str, Any]]:
 def _print(found: dict[str, Any], held: list[Check], wanted: Wanted, out: Console) -> None:
     failed = {check.name: check for check in held if not check.ok}
     for name, value in found.items():
-        if name == "failures" or value is None:
+        if name in ("failures", "reactions") or value is None:
             continue
         limit = f"  must be {failed[name].sense} {failed[name].limit}" if name in failed else ""
         out.print(f"  {name:30} [{'red' if limit else 'bold'}]{value}[/]{limit}")

@@ -55,6 +55,7 @@ def figures(rows: Sequence[Row]) -> dict[str, Any]:
             row.person_m < NEAR_M for row in rows if row.person_m is not None
         ),
         "ghosts": _count(row.ghosts for row in rows),
+        **_faults([row for row in rows if row.kind == "fault"]),
         "task_s_median": _median(row.task_s for row in rows),
         "sim_s": round(sum(row.sim_s for row in rows), 1),
         "realtime_factor": _factor(rows),
@@ -65,6 +66,27 @@ def figures(rows: Sequence[Row]) -> dict[str, Any]:
             for row in rows if not row.ok
         ][:_FAILURES_NAMED],
     }  # fmt: skip
+
+
+def _faults(rows: Sequence[Row]) -> dict[str, Any]:
+    if not rows:
+        return {}
+    happened = [row for row in rows if row.outcome != "not so far"]
+    return {
+        "faults_happened": len(happened),
+        "hangs": sum(row.cause in ("hangs", "the app stopped", "error") for row in rows),
+        "stated_fraction": _share(row.ok for row in happened),
+        "reactions": reactions(happened),
+    }
+
+
+def reactions(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
+    """How often each fault ended in what."""
+    found: dict[str, Counter[str]] = {}
+    for row in rows:
+        ended = f"{row.outcome}: {row.reason}" if row.reason else row.outcome
+        found.setdefault(row.task.split(" / ")[0], Counter())[ended] += 1
+    return {fault: dict(ends.most_common()) for fault, ends in found.items()}
 
 
 def checks(kind: str, found: dict[str, Any], wanted: int) -> list[Check]:
@@ -102,7 +124,14 @@ def _moving(found: dict[str, Any]) -> list[Check]:
     ]
 
 
-_CHECKS: Final = {"goto": _goto, "moving": _moving, "explore": _explore}
+def _fault(found: dict[str, Any]) -> list[Check]:
+    return [
+        Check("hangs", found["hangs"], 0, "=="),
+        Check("stated_fraction", found["stated_fraction"], 1.0, "=="),
+    ]
+
+
+_CHECKS: Final = {"goto": _goto, "moving": _moving, "explore": _explore, "fault": _fault}
 
 
 def _share(values: Iterable[bool]) -> float | None:

@@ -152,10 +152,13 @@ def word_for(outcome: Outcome) -> str:
 def kinds() -> Mapping[str, Callable[[Mission], Flight]]:
     """Who flies each kind of campaign."""
     from ground.sim.campaign.explore import fly_explore
+    from ground.sim.campaign.fault import fly_fault
     from ground.sim.campaign.goto import fly_goto
     from ground.sim.campaign.moving import fly_moving
 
-    return MappingProxyType({"goto": fly_goto, "moving": fly_moving, "explore": fly_explore})
+    return MappingProxyType(
+        {"goto": fly_goto, "moving": fly_moving, "explore": fly_explore, "fault": fly_fault}
+    )
 
 
 def fly(mission: Mission) -> Flight:

@@ -82,7 +82,7 @@ class Watch:
             case EventCode.ARRIVED if self._cmd is MissionCmd.GOTO:
                 return Outcome(True, "arrived", place=event.place)
             case EventCode.EXPLORED:
-                self._explored = True
+                self._explored = event.argument == 0  # else some of it was given up
             case EventCode.STATE:
                 return self._judge_state(MissionState(event.argument))
         return None

@@ -14,7 +14,7 @@ enum {
   VAIN_LOOKS = 2,        ///< looks around that show nothing, on the way to a frontier
   GIVE_UP_AFTER = 40,    ///< so many frontiers in vain end an exploration
   DRAWS = 30,            ///< of a random point, until one is free
-  ROUNDS = 0,            ///< doubts before an exploration is over
+  ROUNDS = 1,            ///< doubts before an exploration is over
 };
 
 static const float AT_FRONTIER_M = 0.5f;
@@ -179,14 +179,15 @@ static void finish(nav_t *nav) {
 static void end_exploring(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
   plan->stage = NAV_PLAN_DONE;
-  if (plan->rounds_left > 0 && mission_airborne(nav->mission.state)) {
+  if (plan->rounds_left > 0 && plan->given_up < GIVE_UP_AFTER &&
+      mission_airborne(nav->mission.state)) {
     plan->rounds_left--;
     plan->vain.count = 0;
     doubt(nav);
     nav_apply(nav, MISSION_EV_LOOK);
     return;
   }
-  nav_emit(nav, WIRE_EVENT_EXPLORED, 0, pose2_position(nav->pose));
+  nav_emit(nav, WIRE_EVENT_EXPLORED, plan->given_up >= GIVE_UP_AFTER, pose2_position(nav->pose));
   nav_set_task(nav, MISSION_TASK_HOME);
 }
 
@@ -225,6 +226,8 @@ static void found(nav_t *nav) {
   if (nav->mission.state == MISSION_IDLE) {
     nav->plan.stage = NAV_PLAN_DONE;
     nav_apply(nav, MISSION_EV_WAY_EXISTS);
+  } else if (exploring(nav) && nav->plan.given_up >= GIVE_UP_AFTER) {
+    end_exploring(nav);
   } else if (exploring(nav) && nav->cfg.frontier == FRONTIER_RANDOM && !nav->plan.wandering) {
     wander(nav);
   } else if (pathfinder_enough(&nav->planner)) {

@@ -94,6 +94,7 @@ def fly_explore(mission: Mission) -> Flight:
     pilot.fetch_map()
     judge = Judge(pilot, watcher.world)
     claimed = any(event.code is EventCode.EXPLORED for event in pilot.picture.events)
+    baseline_s, more_s = _baseline(mission, scene) if mission.baseline else (None, 0.0)
     row = Row(
         mission.kind,
         mission.seed,
@@ -105,22 +106,22 @@ def fly_explore(mission: Mission) -> Flight:
         reason=outcome.sentence,
         collisions=judge.collisions,
         touches=len(judge.contacts),
-        sim_s=judge.sim_s,
+        sim_s=round(judge.sim_s + more_s, 3),
         task_s=round(task_s, 2),
         known_s=watcher.known_s,
         flown_m=round(judge.flown_m(end_s), 3),
         miss_m=round(math.dist(judge.place_m(end_s), scene.spec.start_m), 3),
         covered=round(watcher.coverage.of_fitted(pilot.picture.map), 4),
         claimed=claimed,
-        baseline_s=_baseline_s(mission, scene) if mission.baseline else None,
+        baseline_s=baseline_s,
     )
     cause = "collision" if judge.collisions else cause_of(row)
     row = replace(row, cause=cause, ok=not cause)
     return judge.flight(row)
 
 
-def _baseline_s(mission: Mission, scene: Scene) -> float:
-    """Until the same share is known; the limit if that never is."""
+def _baseline(mission: Mission, scene: Scene) -> tuple[float, float]:
+    """Seconds until the same share is known, the limit if that never is; seconds simulated."""
     other = replace(mission, settings=(*mission.settings, *mission.baseline))
     watcher = Watcher(other, scene)
     while watcher.known_s is None and watcher.passed_s < LIMIT_S:  # told again when it gives up
@@ -130,7 +131,8 @@ def _baseline_s(mission: Mission, scene: Scene) -> float:
             enough=lambda: watcher.known_s is not None,
         )
         watcher.pilot.rest(1.0)
-    return LIMIT_S if watcher.known_s is None else watcher.known_s
+    known_s = LIMIT_S if watcher.known_s is None else watcher.known_s
+    return known_s, watcher.pilot.time_s
 
 
 def cause_of(row: Row) -> str:

@@ -36,6 +36,7 @@ class Row:
     touches: int = 0
     """All contacts."""
     sim_s: float = 0.0
+    """Simulated, with the baseline's flight."""
     wall_s: float = 0.0
     task_s: float | None = None
     """From the command to its end."""

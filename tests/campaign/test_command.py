@@ -13,8 +13,10 @@ import pytest
 from typer.testing import CliRunner
 
 from ground.cli import app
+from ground.cli_campaign import KINDS
 from ground.cli_parts import EXIT_INTERRUPTED
-from ground.sim.campaign.flights import Mission, row_of
+from ground.sim.campaign.figures import checks, figures
+from ground.sim.campaign.flights import Mission, kinds, row_of
 from ground.sim.campaign.rows import RowFile
 from ground.sim.worldfile import read_world
 
@@ -109,3 +111,9 @@ def test_one_mission_flown_again_leaves_its_world_and_a_picture(tmp_path: Path) 
     spec = read_world(world)
     assert spec.eeprom["way.cell"] >= 0.05
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_each_kind_that_is_offered_can_be_flown_and_judged() -> None:
+    assert set(KINDS) == set(kinds())
+    for kind in KINDS:
+        assert {check.name for check in checks(kind, figures([]), 1)} >= {"missions", "collisions"}

@@ -70,7 +70,7 @@ def figures(rows: Sequence[Row]) -> dict[str, Any]:
 
 def _faults(rows: Sequence[Row]) -> dict[str, Any]:
     if not rows:
-        return {}
+        return dict.fromkeys(("faults_happened", "hangs", "stated_fraction", "reactions"))
     happened = [row for row in rows if row.outcome != "not so far"]
     return {
         "faults_happened": len(happened),

@@ -7,7 +7,7 @@
 
 enum {
   UNITS_PER_TICK = 16,   ///< of the planner's budget
-  FRONTIER_UNITS = 40,   ///< the same, exploring: its pieces are small
+  FRONTIER_UNITS = 30,   ///< the same, exploring: its pieces are small
   BESIDE_CELLS = 6,      ///< so near to the place beside an occupied goal, it has been looked at
   START_FREE_CELLS = 10, ///< how far the way out of an inflated zone may be
   NEWS_CELLS = 20,       ///< fewer cells that are newly known are no progress

@@ -17,7 +17,7 @@ static const float RAD_PER_DEG = 0.01745329252f;
 typedef struct {
   float height, speed, clearance, yaw_rate_dps;
   float area_x0, area_y0, area_x1, area_y1;
-  float lost_time, low_battery, cell, look_age, look_width, turns;
+  float lost_time, low_battery, cell, look_age, look_width, yield, watch_deg, turns;
   uint8_t yaw_mode, planner, slam, lost, frontier;
   uint8_t unused[3];
 } values_t;
@@ -27,8 +27,8 @@ typedef struct {
   {                                                                                                \
     .height = 0.4f, .speed = 0.5f, .clearance = 0.17f, .yaw_rate_dps = 40.0f, .area_x0 = -3.2f,    \
     .area_y0 = -3.2f, .area_x1 = 3.2f, .area_y1 = 3.2f, .lost_time = 5.0f, .low_battery = 3.3f,    \
-    .cell = 0.05f, .look_age = 30.0f, .look_width = 0.1f, .turns = 1.0f, .slam = NAV_SLAM_MAP,     \
-    .lost = NAV_LOST_HOME,                                                                         \
+    .cell = 0.05f, .look_age = 30.0f, .look_width = 0.1f, .yield = 0.6f, .watch_deg = 35.0f,       \
+    .turns = 1.0f, .slam = NAV_SLAM_MAP, .lost = NAV_LOST_HOME,                                    \
   }
 
 static values_t wanted = DEFAULTS;
@@ -78,6 +78,8 @@ static const tunable_t tunables[] = {
     TUNABLE("lowBat", NUMBER, low_battery, low_battery_v),
     TUNABLE("cell", NUMBER, cell, cell_m),
     TUNABLE("lookAge", NUMBER, look_age, look_age_s),
+    TUNABLE("yield", NUMBER, yield, guard.yield_m),
+    TUNABLE("watch", DEGREES, watch_deg, watch_rad),
     TUNABLE("lookWidth", NUMBER, look_width, look_half_width_m),
     TUNABLE("turns", NUMBER, turns, turns),
 };
@@ -299,6 +301,16 @@ PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, cell, &wanted.cell, on_c
  * 1 to 3600 [s]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lookAge, &wanted.look_age, on_change)
+/**
+ * @brief Distance that it keeps from whoever walks up to it; 0: they are as any wall,
+ * 0 to 1.5 [m]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, yield, &wanted.yield, on_change)
+/**
+ * @brief It looks so far to the left and to the right while it hovers or flies face forward,
+ * 0 to 60 [deg]
+ */
+PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, watch, &wanted.watch_deg, on_change)
 /**
  * @brief It flies only where so much to both sides of the way was observed,
  * 0 to 0.5 [m]

@@ -7,7 +7,7 @@
 
 #include "ray.h"
 
-enum { STRANGE_CELLS = 5 /* with a wall so near, an echo is no surprise */ };
+enum { APART_CELLS = 3 /* nearer to what lasts, a hit where it was free belongs to that */ };
 
 static const float FAR_CELLS = 1.0e5f;       ///< beyond, a position is not worth tracing
 static const float RANGE_MAX_CELLS = 512.0f; ///< of a beam; no sensor here sees farther
@@ -128,12 +128,32 @@ void grid_doubt(grid_t *grid, int value_max) {
   }
 }
 
+grid_echo_t grid_judge(const grid_t *grid, vec2_t end_m, int reach_cells) {
+  grid_cell_t cell;
+  grid_echo_t judged = GRID_ECHO_STRANGE;
+  if (!grid_locate(grid, end_m, &cell)) {
+    return GRID_ECHO_UNTOLD;
+  }
+  for (int iy = cell.iy - reach_cells; iy <= cell.iy + reach_cells; iy++) {
+    for (int ix = cell.ix - reach_cells; ix <= cell.ix + reach_cells; ix++) {
+      int value = grid_value(grid, ix, iy);
+      if (value >= GRID_OCCUPIED_MIN && grid_firm(grid, ix, iy)) {
+        return GRID_ECHO_FAMILIAR;
+      }
+      judged = value == GRID_UNKNOWN ? GRID_ECHO_UNTOLD : judged;
+    }
+  }
+  return judged;
+}
+
 static bool add_hit(grid_t *grid, grid_cell_t cell, vec2_t point_m) {
-  int value = grid_value(grid, cell.ix, cell.iy);
-  value = (value == GRID_UNKNOWN ? GRID_OCCUPIED_MIN - 1 : value) + grid->cfg.hit;
+  int before = grid_value(grid, cell.ix, cell.iy);
+  int value = (before == GRID_UNKNOWN ? GRID_OCCUPIED_MIN - 1 : before) + grid->cfg.hit;
+  bool comes = state_of(before) == GRID_CELL_FREE && state_of(value) == GRID_CELL_OCCUPIED &&
+               grid_judge(grid, point_m, APART_CELLS) != GRID_ECHO_FAMILIAR;
   bool changed = put(grid, cell.ix, cell.iy, value < GRID_VALUE_MAX ? value : GRID_VALUE_MAX);
-  if (grid_state(grid, cell.ix, cell.iy) == GRID_CELL_OCCUPIED) {
-    grid_points_add(grid, cell, point_m);
+  if (state_of(value) == GRID_CELL_OCCUPIED) {
+    grid_points_add(grid, cell, point_m, comes);
     mark_tile(grid, cell.ix, cell.iy);
   }
   return changed;
@@ -282,24 +302,6 @@ void grid_known_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]) {
     uint32_t any = row[i] | row[i] >> 1;
     bits[i / 4] |= pack_nibbles(any | any >> 2) << (i % 4 * 8);
   }
-}
-
-grid_echo_t grid_judge(const grid_t *grid, vec2_t end_m) {
-  grid_cell_t cell;
-  grid_echo_t judged = GRID_ECHO_STRANGE;
-  if (!grid_locate(grid, end_m, &cell)) {
-    return GRID_ECHO_UNTOLD;
-  }
-  for (int iy = cell.iy - STRANGE_CELLS; iy <= cell.iy + STRANGE_CELLS; iy++) {
-    for (int ix = cell.ix - STRANGE_CELLS; ix <= cell.ix + STRANGE_CELLS; ix++) {
-      int value = grid_value(grid, ix, iy);
-      if (value >= GRID_OCCUPIED_MIN) {
-        return GRID_ECHO_FAMILIAR;
-      }
-      judged = value == GRID_UNKNOWN ? GRID_ECHO_UNTOLD : judged;
-    }
-  }
-  return judged;
 }
 
 static bool line_known(const grid_t *grid, vec2_t a_cells, vec2_t b_cells) {

@@ -24,10 +24,13 @@ enum {
   GRID_BIT_WORDS = GRID_SIDE_CELLS / 32,
   GRID_UNKNOWN = 0,
   GRID_FREE_MIN = 1,
+  GRID_FADED = 4, ///< of a cell through which somebody passed
   GRID_OCCUPIED_MIN = 8,
   GRID_VALUE_MAX = 15,
   GRID_POINT_WAYS = 4,
   GRID_POINTS = 1024,
+  GRID_POINT_SETS = GRID_POINTS / GRID_POINT_WAYS,
+  GRID_FADE_MS = 32, ///< a step of fading; a round takes 8.2 s
   GRID_TILE_SIDE_CELLS = 8,
   GRID_TILES_PER_ROW = GRID_SIDE_CELLS / GRID_TILE_SIDE_CELLS,
   GRID_TILES = GRID_TILES_PER_ROW * GRID_TILES_PER_ROW,
@@ -37,7 +40,7 @@ enum {
 typedef enum { GRID_CELL_UNKNOWN, GRID_CELL_FREE, GRID_CELL_OCCUPIED } grid_state_t;
 
 typedef enum {
-  GRID_ECHO_FAMILIAR, ///< something occupied is near
+  GRID_ECHO_FAMILIAR, ///< something that lasts is near
   GRID_ECHO_UNTOLD,   ///< it may be what was not observed yet
   GRID_ECHO_STRANGE,  ///< all around was observed, and free
 } grid_echo_t;
@@ -65,7 +68,8 @@ typedef struct {
   vec2_t origin_m; ///< lower left corner of cell (0, 0)
   float cell_m;
   float cells_per_m;
-  uint16_t known; ///< cells observed at least once
+  uint16_t known;    ///< cells observed at least once
+  uint8_t faded_set; ///< of the points, in the last step of fading
 } grid_t;
 
 grid_config_t grid_config_default(void);
@@ -111,15 +115,23 @@ void grid_known_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]);
  * observed. */
 bool grid_segment_known(const grid_t *grid, vec2_t a_m, vec2_t b_m, float half_width_m);
 
-/** How the end of a beam fits what is known. */
-grid_echo_t grid_judge(const grid_t *grid, vec2_t end_m);
+/** How the end of a beam fits what is known for so many cells around. */
+grid_echo_t grid_judge(const grid_t *grid, vec2_t end_m, int reach_cells);
+
+/** What stands in this occupied cell came where there was nothing, and may be gone soon. */
+bool grid_firm(const grid_t *grid, int ix, int iy);
+bool grid_passing(const grid_t *grid, int ix, int iy);
+/** One step of the rounds over all that may be passing, to be taken each tick: what was not met for
+ * a whole round is gone, its cell is free. @return true if something was */
+bool grid_fade(grid_t *grid, uint32_t time_ms);
 
 /** The obstacle point of a cell; false if it has none. */
 bool grid_point(const grid_t *grid, int ix, int iy, vec2_t *point_m);
 /** Its place in the cell in eighths, x in bits 0-2, y in bits 3-5; -1 if it has none. */
 int grid_point_eighths(const grid_t *grid, int ix, int iy);
-/** Refine (or make) the point of the cell by a hit at point_m. */
-void grid_points_add(grid_t *grid, grid_cell_t cell, vec2_t point_m);
+/** Refine (or make) the point of the cell by a hit at point_m.
+ *  @param passing  if it is made: what stands there may be passing */
+void grid_points_add(grid_t *grid, grid_cell_t cell, vec2_t point_m, bool passing);
 void grid_points_remove(grid_t *grid, grid_cell_t cell);
 
 #endif

@@ -1,24 +1,46 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
 /* Obstacle points: a 4-way set-associative table of 16-bit entries.
- * Entry: bits 0-5 place in the cell in eighths (x low), 6-11 tag, 12-14 weight, 15 in use.
+ * Entry: bits 0-5 place in the cell in eighths (x low), 6-11 tag, 12-14 standing, 15 in use.
  * The 14-bit cell index is scrambled by a bijection; its upper 8 bits choose the set, the lower 6
- * are the tag, so an entry names its cell exactly. */
+ * are the tag, so an entry names its cell exactly; the bijection's inverse gives the cell back.
+ * Standing: from LASTING on the hits that the mean remembers. Below it stands something that may be
+ * passing: met in this round of grid_fade, or only in the one before; and that for the first or the
+ * second round. What is met in a third round lasts, what is not met in a whole round is gone. */
 #include "grid.h"
 
 enum {
   TAG_BITS = 6,
   PLACE_MASK = 0x3F,
-  WEIGHT_SHIFT = 12,
-  WEIGHT_MASK = 7,
-  WEIGHT_MAX = 4, ///< hits that the mean remembers
+  STANDING_SHIFT = 12,
+  STANDING_MASK = 7,
+  MISSED = 0,       ///< in this round so far, for the first time
+  MISSED_AGAIN = 1, ///< after two rounds in which it was met
+  MET = 2,          ///< in this round
+  MET_AGAIN = 3,    ///< in this round, and in the one before
+  LASTING = 4,      ///< from here on: one hit and more
+  STANDING_MAX = 7, ///< four hits
   IN_USE = 0x8000,
+  UNSCRAMBLE = 0x258D, ///< inverse of the factor in scrambled(), modulo GRID_CELLS
 };
 
 static uint32_t scrambled(grid_cell_t cell) {
   uint32_t index = (uint32_t)(cell.iy * GRID_SIDE_CELLS + cell.ix);
   index ^= index >> 7;
   return (index * 0x2545u) & (GRID_CELLS - 1u);
+}
+
+/** The cell of an entry. */
+static grid_cell_t cell_of(int entry_index, uint32_t point) {
+  uint32_t set = (uint32_t)(entry_index / GRID_POINT_WAYS);
+  uint32_t key = set << TAG_BITS | (point >> TAG_BITS & PLACE_MASK);
+  uint32_t index = key * UNSCRAMBLE & (GRID_CELLS - 1u);
+  index ^= index >> 7; // undoes itself: the upper half of the 14 bits was left as it was
+  return (grid_cell_t){(int)(index % GRID_SIDE_CELLS), (int)(index / GRID_SIDE_CELLS)};
+}
+
+static uint32_t standing_of(uint32_t point) {
+  return point >> STANDING_SHIFT & STANDING_MASK;
 }
 
 /** Index of the cell's entry, -1 if it has none. */
@@ -34,17 +56,27 @@ static int find(const grid_t *grid, grid_cell_t cell) {
   return -1;
 }
 
-/** The entry of the set to give up: an unused one, else the one with the least weight. */
-static uint16_t *weakest(grid_t *grid, uint32_t set_index) {
-  uint16_t *set = &grid->points[set_index * GRID_POINT_WAYS];
-  uint16_t *least = set;
-  for (int way = 0; way < GRID_POINT_WAYS; way++) {
-    if ((set[way] & IN_USE) == 0) {
-      return &set[way];
+/** The cell of a passing thing is free again, as it was. */
+static void forget(grid_t *grid, int i) {
+  grid_cell_t cell = cell_of(i, grid->points[i]);
+  grid_set_value(grid, cell.ix, cell.iy, GRID_FADED);
+}
+
+/** Room in a set: an unused entry, else the one with the least standing is given up; what may be
+ * passing goes with its cell. */
+static int make_room(grid_t *grid, uint32_t set_index) {
+  int first = (int)set_index * GRID_POINT_WAYS;
+  int least = first;
+  for (int i = first; i < first + GRID_POINT_WAYS; i++) {
+    if ((grid->points[i] & IN_USE) == 0) {
+      return i;
     }
-    if (set[way] >> WEIGHT_SHIFT < *least >> WEIGHT_SHIFT) {
-      least = &set[way];
+    if (grid->points[i] >> STANDING_SHIFT < grid->points[least] >> STANDING_SHIFT) {
+      least = i;
     }
+  }
+  if (standing_of(grid->points[least]) < LASTING) {
+    forget(grid, least);
   }
   return least;
 }
@@ -57,25 +89,74 @@ static uint32_t mean(uint32_t old, uint32_t hit, uint32_t weight) {
   return (old * weight + hit + (weight + 1u) / 2u) / (weight + 1u);
 }
 
-static uint16_t entry(uint32_t key, uint32_t x, uint32_t y, uint32_t weight) {
-  return (uint16_t)(IN_USE | weight << WEIGHT_SHIFT | (key & PLACE_MASK) << TAG_BITS | y << 3 | x);
+static uint16_t entry(uint32_t key, uint32_t x, uint32_t y, uint32_t standing) {
+  return (uint16_t)(IN_USE | standing << STANDING_SHIFT | (key & PLACE_MASK) << TAG_BITS | y << 3 |
+                    x);
 }
 
-void grid_points_add(grid_t *grid, grid_cell_t cell, vec2_t point_m) {
+/** After one more hit. */
+static uint32_t raised(uint32_t standing) {
+  switch (standing) {
+  case MISSED:
+    return MET_AGAIN;
+  case MET:
+  case MET_AGAIN:
+  case STANDING_MAX:
+    return standing;
+  default:
+    return standing == MISSED_AGAIN ? LASTING : standing + 1u;
+  }
+}
+
+void grid_points_add(grid_t *grid, grid_cell_t cell, vec2_t point_m, bool passing) {
   vec2_t cells = grid_to_cells(grid, point_m);
   uint32_t x = eighths(cells.x, cell.ix);
   uint32_t y = eighths(cells.y, cell.iy);
   uint32_t key = scrambled(cell);
   int i = find(grid, cell);
   if (i < 0) {
-    *weakest(grid, key >> TAG_BITS) = entry(key, x, y, 1u);
+    i = make_room(grid, key >> TAG_BITS);
+    grid->points[i] = entry(key, x, y, passing ? MET : LASTING);
     return;
   }
   uint32_t point = grid->points[i];
-  uint32_t weight = (point >> WEIGHT_SHIFT) & WEIGHT_MASK;
-  uint32_t next = weight < WEIGHT_MAX ? weight + 1u : weight;
+  uint32_t standing = standing_of(point);
+  uint32_t weight = standing >= LASTING ? standing - LASTING + 1u : 1u;
   grid->points[i] =
-      entry(key, mean(point & 7u, x, weight), mean((point >> 3) & 7u, y, weight), next);
+      entry(key, mean(point & 7u, x, weight), mean((point >> 3) & 7u, y, weight), raised(standing));
+}
+
+bool grid_passing(const grid_t *grid, int ix, int iy) {
+  int i = find(grid, (grid_cell_t){ix, iy});
+  return i >= 0 && standing_of(grid->points[i]) < LASTING;
+}
+
+bool grid_firm(const grid_t *grid, int ix, int iy) {
+  int i = find(grid, (grid_cell_t){ix, iy});
+  return i < 0 || standing_of(grid->points[i]) >= LASTING + 2;
+}
+
+bool grid_fade(grid_t *grid, uint32_t time_ms) {
+  uint8_t set = (uint8_t)(time_ms / GRID_FADE_MS % GRID_POINT_SETS);
+  if (set == grid->faded_set) {
+    return false;
+  }
+  grid->faded_set = set;
+  bool faded = false;
+  int first = set * GRID_POINT_WAYS;
+  for (int i = first; i < first + GRID_POINT_WAYS; i++) {
+    uint32_t standing = standing_of(grid->points[i]);
+    if ((grid->points[i] & IN_USE) == 0 || standing >= LASTING) {
+      continue;
+    }
+    if (standing >= MET) {
+      grid->points[i] = (uint16_t)(grid->points[i] - ((MET - MISSED) << STANDING_SHIFT));
+    } else {
+      forget(grid, i);
+      faded = true;
+    }
+  }
+  return faded;
 }
 
 void grid_points_remove(grid_t *grid, grid_cell_t cell) {

@@ -7,11 +7,14 @@
 #ifndef GUARD_H
 #define GUARD_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "geometry.h"
 #include "grid.h"
 #include "scan.h"
+
+#define GUARD_REMEMBERED_S 1.5f ///< a comer that no beam meets
 
 typedef enum { GUARD_CLEAR, GUARD_SLOW, GUARD_STOP, GUARD_RETREAT } guard_status_t;
 
@@ -29,17 +32,20 @@ typedef struct {
 
 typedef struct {
   guard_status_t status;
-  float nearest_m;            ///< nearest level range, or a large number
-  vec2_t away;                ///< unit vector (body frame) in which it backs away, else zero
-  float seen_m[SCAN_BEAMS];   ///< level ranges of the set before, negative where none
-  pose2_t seen_from;          ///< its pose, odometry frame
-  uint32_t seen_ms;           ///< and its time
+  float nearest_m; ///< nearest level range, or a large number
+  vec2_t away;     ///< unit vector (body frame) in which it backs away, else zero
+  // the set before, odometry frame
+  float seen_m[SCAN_BEAMS]; ///< level ranges, 0 where nothing near
+  pose2_t seen_from;
+  uint32_t seen_ms;
   uint8_t coming[SCAN_BEAMS]; ///< sets in a row in which a beam's echo came by itself
-  int8_t side;                ///< to which it steps aside: 1 left of the way it backs, -1 right
-  vec2_t comer_m;             ///< where the comer was last met, odometry frame
-  uint32_t comer_ms;          ///< when; 0 never
-  uint32_t met_ms;            ///< when first
-  float comer_mps;            ///< how fast it comes
+  // the comer
+  bool met;
+  int8_t way;        ///< beam along which it gives way, or -1
+  uint32_t met_ms;   ///< when it was met first
+  uint32_t comer_ms; ///< and last
+  vec2_t comer_m;    ///< where, odometry frame
+  float comer_mps;   ///< how fast it comes
 } guard_t;
 
 guard_config_t guard_config_default(void);
@@ -49,9 +55,8 @@ void guard_init(guard_t *guard);
  *  one at once, the rest when it was seen to come */
 void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *frame,
                  const uint8_t *judged);
-/** The comer as seen from the body's pose: seconds since it was met, or a large number if there is
- * none; then *offset_m is where, in the body frame. */
-float guard_comer(const guard_t *guard, pose2_t pose, uint32_t time_ms, vec2_t *offset_m);
+/** Where the comer is, as seen from the body. @return false if there is none */
+bool guard_comer(const guard_t *guard, const scan_odometry_t *body, vec2_t *offset_m);
 /** @param range_m  SCAN_RANGES distances [m] as published, negative where none
  *  @param body  pose of the odometry frame, and time, now
  *  @param wanted_mps  body frame

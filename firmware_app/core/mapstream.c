@@ -80,7 +80,7 @@ static void take_point(grid_t *grid, grid_cell_t cell, int eighths) {
   if (grid_state(grid, cell.ix, cell.iy) == GRID_CELL_OCCUPIED) {
     vec2_t in_cells = {(float)cell.ix + middle_of(eighths % EIGHTHS),
                        (float)cell.iy + middle_of(eighths / EIGHTHS)};
-    grid_points_add(grid, cell, grid_to_metres(grid, in_cells));
+    grid_points_add(grid, cell, grid_to_metres(grid, in_cells), false);
   }
 }
 

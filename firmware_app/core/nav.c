@@ -7,7 +7,10 @@
 
 #include "nav_parts.h"
 
-enum { CLEARANCE_ROWS_PER_TICK = 8 };
+enum {
+  CLEARANCE_ROWS_PER_TICK = 8,
+  STRANGE_CELLS = 5, ///< with a wall so near, an echo is no surprise
+};
 
 static const float MAPPING_HEIGHT_M = 0.2f; ///< lower, the beams see the floor
 static const float ODOMETRY_MAX_M = 1000.0f;
@@ -115,16 +118,19 @@ static void report(nav_t *nav) {
   nav->status.task = (uint8_t)nav->mission.task;
 }
 
-/** Look at a set for what comes by itself. A map that cannot be believed says nothing of it. */
+/** Look at a set for what comes by itself. A map that cannot be believed says nothing of it. At its
+ * post the drone looks closely at all that the map does not explain. */
 static void watch_set(nav_t *nav, const scan_frame_t *frame) {
   uint8_t judged[SCAN_BEAMS];
   pose2_t pose = slam_to_map(&nav->slam, frame->pose);
+  bool rests = nav->mission.state == MISSION_HOVER;
   bool map = nav->slam.enabled && !nav->mission.lost;
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     sincos_t way = geometry_sincos(pose.yaw_rad + scan_bearing_rad(beam));
     vec2_t reach_m = vec2_scale((vec2_t){way.cos, way.sin}, frame->range_m[beam]);
     vec2_t end_m = vec2_add(pose2_position(pose), reach_m);
-    judged[beam] = (uint8_t)(map ? grid_judge(&nav->grid, end_m) : GRID_ECHO_UNTOLD);
+    grid_echo_t echo = map ? grid_judge(&nav->grid, end_m, STRANGE_CELLS) : GRID_ECHO_UNTOLD;
+    judged[beam] = (uint8_t)(map && rests && echo == GRID_ECHO_UNTOLD ? GRID_ECHO_STRANGE : echo);
   }
   guard_watch(&nav->guard, &nav->cfg.guard, frame, judged);
 }
@@ -145,6 +151,9 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   }
   bool busy =
       fresh || map_slice(nav); // a fresh set has the route looked along, which is work enough
+  if (grid_fade(&nav->grid, nav_now_ms(nav))) {
+    clearance_mark(&nav->clearance, &nav->grid);
+  }
   clearance_refresh(&nav->clearance, &nav->grid, CLEARANCE_ROWS_PER_TICK);
   nav->pose = slam_pose(&nav->slam);
 

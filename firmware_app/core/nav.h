@@ -63,6 +63,7 @@ typedef struct {
   float descend_mps;
   float scan_turn_rad; ///< a quarter turn and a little
   float scan_rate_rps;
+  float watch_rad;         ///< it looks so far to both sides in flight and while hovering; 0: not
   float look_half_width_m; ///< a corridor is flown only if this much on both sides was observed,
   float look_age_s;        ///< and it was looked at within this time
   float turns;             ///< of a spin; counter-clockwise if positive

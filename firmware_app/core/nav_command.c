@@ -35,6 +35,7 @@ void nav_config_default(nav_config_t *cfg) {
   cfg->descend_mps = 0.25f;
   cfg->scan_turn_rad = 100.0f * DEG;
   cfg->scan_rate_rps = 60.0f * DEG;
+  cfg->watch_rad = 35.0f * DEG;
   cfg->look_half_width_m = 0.10f;
   cfg->look_age_s = 30.0f;
   cfg->turns = 1.0f;
@@ -59,6 +60,7 @@ mission_reason_t nav_config_check(const nav_config_t *cfg) {
               within(cfg->area_max_m.y, -AREA_MAX_M, AREA_MAX_M) &&
               within(cfg->low_battery_v, 2.8f, 4.2f) && within(cfg->lost_time_s, 0.5f, 600.0f) &&
               within(cfg->look_half_width_m, 0.0f, 0.5f) &&
+              within(cfg->guard.yield_m, 0.0f, 1.5f) && within(cfg->watch_rad, 0.0f, 60.0f * DEG) &&
               within(cfg->turns, -TURNS_MAX, TURNS_MAX) && within(cfg->look_age_s, 1.0f, 3600.0f) &&
               (unsigned)cfg->planner < NAV_PLANNERS && (unsigned)cfg->slam < NAV_SLAM_MODES &&
               (unsigned)cfg->lost < NAV_LOST_POLICIES && (unsigned)cfg->frontier < FRONTIER_MODES &&

@@ -7,8 +7,9 @@
 #include "nav_parts.h"
 
 enum {
-  GLANCES = 3,    ///< sets from one place that tell whether the way ahead is seen
-  STALLS_MAX = 6, ///< stops without progress before a task is given up
+  GLANCES = 3,     ///< sets from one place that tell whether the way ahead is seen
+  STALLS_MAX = 12, ///< retreats without progress before a task is given up
+  LOOK_STALLS = 2, ///< a look counts as so many
 };
 
 static const float HEIGHT_REACHED_M = 0.06f;
@@ -24,13 +25,13 @@ static const float BLOCKED_MARGIN_M = 0.3f; ///< stop this much before a blocked
 static const float QUARTER_RAD = 1.57079633f;
 static const float FACE_GAIN_PER_S = 3.0f;
 static const float FACE_RPS = 2.0f;
-static const float FACED_S = 2.0f; ///< what is not near before so long is left out of sight
-static const float FACED_M = 0.3f; ///< and this much farther away than it keeps
+static const float FACED_S = 2.0f;   ///< what is not near before so long is left out of sight
+static const float FACED_M = 0.3f;   ///< and this much farther away than it keeps
+static const float FACED_MPS = 0.1f; ///< and what comes more slowly
 static const uint32_t JUDGED_MS = 800u;
 static const float HAND_M = 0.15f;
-static const float HAND_S = 0.5f;     ///< a hand above for so long asks to land
-static const float WATCH_RAD = 0.65f; ///< to both sides while it keeps watch
-static const uint32_t WATCH_MS = 2200u;
+static const float HAND_S = 0.5f;    ///< a hand above for so long asks to land
+static const float WATCH_RPS = 1.3f; ///< while it looks to and fro
 static const float SPIN_GAIN_PER_S = 2.0f;
 static const float SPUN_RAD = 0.05f; ///< so near to its end a spin is over
 static const uint32_t STEP_TIMEOUT_MS = 8000u;
@@ -86,9 +87,12 @@ static follower_command_t spin(nav_t *nav) {
 
 /** Too many looks and retreats without getting on: give up, say so, hold; exploring, it flies
  * elsewhere. @return false if it gave up */
-static bool keep_trying(nav_t *nav) {
-  if (nav->mission.task == MISSION_TASK_NONE || nav->mission.task == MISSION_TASK_EXPLORE ||
-      ++nav->plan.stalls <= STALLS_MAX) {
+static bool keep_trying(nav_t *nav, uint8_t weight) {
+  if (nav->mission.task == MISSION_TASK_NONE || nav->mission.task == MISSION_TASK_EXPLORE) {
+    return true;
+  }
+  nav->plan.stalls = (uint8_t)(nav->plan.stalls + weight);
+  if (nav->plan.stalls <= STALLS_MAX) {
     return true;
   }
   if (nav_skip_waypoint(nav, MISSION_STUCK)) {
@@ -101,7 +105,7 @@ static bool keep_trying(nav_t *nav) {
 }
 
 static void look_again(nav_t *nav) {
-  if (keep_trying(nav)) {
+  if (keep_trying(nav, LOOK_STALLS)) {
     nav_apply(nav, MISSION_EV_LOOK);
   }
 }
@@ -190,15 +194,6 @@ static follower_command_t bridge(nav_t *nav, bool fresh) {
   return command;
 }
 
-/** At its post, looking to and fro: who comes between two beams is not seen otherwise. */
-static follower_command_t keep_watch(nav_t *nav) {
-  pose2_t post = nav->post;
-  float phase = (float)((nav_now_ms(nav) - nav->state_since_ms) % WATCH_MS) / (float)WATCH_MS;
-  float wave = phase < 0.25f ? phase : phase < 0.75f ? 0.5f - phase : phase - 1.0f;
-  post.yaw_rad += 4.0f * WATCH_RAD * wave;
-  return follower_hold(&nav->cfg.follower, nav->pose, post);
-}
-
 static follower_command_t command_of_state(nav_t *nav, bool fresh) {
   switch (nav->mission.state) {
   case MISSION_SCAN:
@@ -215,7 +210,6 @@ static follower_command_t command_of_state(nav_t *nav, bool fresh) {
   case MISSION_AVOID:
     return (follower_command_t){.velocity_mps = {0.0f, 0.0f}, .yaw_rate_rps = 0.0f};
   case MISSION_HOVER:
-    return keep_watch(nav);
   case MISSION_IDLE:
   case MISSION_TAKEOFF:
   case MISSION_LAND:
@@ -239,7 +233,7 @@ static vec2_t past_guard(nav_t *nav, vec2_t wanted_mps) {
   } else if (nav->guard.status == GUARD_RETREAT) {
     nav_apply(nav, MISSION_EV_NEAR);
   } else if (nav->mission.state == MISSION_AVOID) {
-    keep_trying(nav);
+    keep_trying(nav, 1);
     nav_apply(nav, MISSION_EV_CLEAR);
   }
   return allowed_mps;
@@ -248,18 +242,50 @@ static vec2_t past_guard(nav_t *nav, vec2_t wanted_mps) {
 /** Turn so that a beam stays on what comes, for between two beams it is not seen: until it is
  * judged, and then as long as it comes. */
 static float face_comer(const nav_t *nav, float yaw_rate_rps) {
-  vec2_t offset;
+  vec2_t offset_m;
   const guard_t *guard = &nav->guard;
-  float age_s = guard_comer(guard, nav->input.odometry.pose, nav_now_ms(nav), &offset);
-  bool judged = nav_now_ms(nav) - guard->met_ms > JUDGED_MS;
-  if (age_s > FACED_S || (judged && vec2_norm(offset) - guard->comer_mps * FACED_S >
-                                        nav->cfg.guard.yield_m + FACED_M)) {
+  if (!guard_comer(guard, &nav->input.odometry, &offset_m)) {
     return yaw_rate_rps;
   }
-  float bearing_rad = geometry_atan2(offset.y, offset.x);
-  float quarters = floorf(bearing_rad / QUARTER_RAD + 0.5f);
-  return geometry_clamp(FACE_GAIN_PER_S * (bearing_rad - quarters * QUARTER_RAD), -FACE_RPS,
-                        FACE_RPS);
+  bool judged = nav_now_ms(nav) - guard->met_ms > JUDGED_MS;
+  bool far = vec2_norm(offset_m) - guard->comer_mps * FACED_S > nav->cfg.guard.yield_m + FACED_M;
+  if (judged && (far || guard->comer_mps < FACED_MPS)) {
+    return yaw_rate_rps;
+  }
+  float bearing_rad = geometry_atan2(offset_m.y, offset_m.x);
+  float off_rad = bearing_rad - QUARTER_RAD * floorf(bearing_rad / QUARTER_RAD + 0.5f);
+  return geometry_clamp(FACE_GAIN_PER_S * off_rad, -FACE_RPS, FACE_RPS);
+}
+
+/** Looking to and fro about the heading that a command keeps: who comes between two beams is not
+ * seen otherwise, nor is what stands beside the way. */
+static float keep_watch(const nav_t *nav, float yaw_rate_rps) {
+  float half_rad = nav->cfg.watch_rad;
+  if (half_rad <= 0.0f) {
+    return yaw_rate_rps;
+  }
+  float phase = (float)nav_now_ms(nav) * 0.001f * WATCH_RPS / (4.0f * half_rad);
+  phase -= floorf(phase);
+  bool left = phase < 0.5f;
+  float swing_rad = half_rad * (4.0f * (left ? phase : phase - 0.5f) - 1.0f);
+  float rate_rps = WATCH_RPS + nav->cfg.follower.yaw_gain_per_s * swing_rad;
+  return yaw_rate_rps + (left ? rate_rps : -rate_rps);
+}
+
+/** Where to look meanwhile. */
+static float look_out(const nav_t *nav, float yaw_rate_rps) {
+  switch (nav->mission.state) {
+  case MISSION_HOVER:
+    return face_comer(nav, keep_watch(nav, yaw_rate_rps));
+  case MISSION_AVOID:
+    return face_comer(nav, yaw_rate_rps);
+  case MISSION_FOLLOW:
+  case MISSION_RETURN:
+    return nav->cfg.follower.yaw_mode == FOLLOWER_YAW_FORWARD ? keep_watch(nav, yaw_rate_rps)
+                                                              : yaw_rate_rps;
+  default:
+    return yaw_rate_rps;
+  }
 }
 
 nav_setpoint_t nav_move(nav_t *nav, bool fresh) {
@@ -270,9 +296,7 @@ nav_setpoint_t nav_move(nav_t *nav, bool fresh) {
   follower_command_t command = command_of_state(nav, fresh);
   vec2_t wanted_mps = vec2_limit(command.velocity_mps, nav->cfg.follower.speed_mps);
   vec2_t body_mps = past_guard(nav, vec2_rotate(wanted_mps, -nav->pose.yaw_rad));
-  if (nav->mission.state == MISSION_AVOID || nav->mission.state == MISSION_HOVER) {
-    command.yaw_rate_rps = face_comer(nav, command.yaw_rate_rps);
-  }
+  command.yaw_rate_rps = look_out(nav, command.yaw_rate_rps);
   if (!mission_airborne(nav->mission.state)) {
     return (nav_setpoint_t){.motors = false};
   }

@@ -14,7 +14,7 @@ enum {
 };
 
 /** A change of any decision changes it; a test computes it and says the new value. */
-static const uint32_t GOLDEN = 0x62d28c3au;
+static const uint32_t GOLDEN = 0x0b33cc98u;
 
 static const float TICK_S = 0.001f * (float)TICK_MS;
 static const float ANSWER = 0.13f; ///< share of what is asked that the body takes on in a tick
@@ -173,6 +173,7 @@ void selftest_start(selftest_t *test, nav_t *nav) {
     test->input.range_m[beam] = -1.0f;
   }
   nav_config_default(&nav->cfg);
+  nav->cfg.watch_rad = 0.0f; // it sees less on the way, so that it has to look and to plan again
   nav_init(nav, &nav->cfg);
 }
 

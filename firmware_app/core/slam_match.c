@@ -25,7 +25,7 @@ typedef struct {
 static void add_cell(const grid_t *grid, int ix, int iy, vec2_t around_cells, float kernel_cells2,
                      moments_t *sum) {
   int value = grid_value(grid, ix, iy);
-  if (value < GRID_OCCUPIED_MIN) {
+  if (value < GRID_OCCUPIED_MIN || grid_passing(grid, ix, iy)) {
     return;
   }
   int place = grid_point_eighths(grid, ix, iy);

@@ -24,6 +24,8 @@ FLOATS = [
     "cell",
     "lookAge",
     "lookWidth",
+    "yield",
+    "watch",
     "turns",
 ]
 BYTES = ["yawMode", "planner", "slam", "lost", "frontier"]
@@ -47,6 +49,8 @@ GOOD = [
     ("cell", 0.1),
     ("lookAge", 5.0),
     ("lookWidth", 0.2),
+    ("yield", 0.0),
+    ("watch", 60.0),
     ("turns", -3.0),
 ]
 

@@ -62,6 +62,8 @@ PARAMS = {
     "cell": P_FLOAT | EXTENDED,
     "lookAge": P_FLOAT | EXTENDED,
     "lookWidth": P_FLOAT | EXTENDED,
+    "yield": P_FLOAT | EXTENDED,
+    "watch": P_FLOAT | EXTENDED,
     "turns": P_FLOAT | EXTENDED,
     "selftest": P_UINT8 | EXTENDED,
 }
@@ -153,6 +155,8 @@ def test_defaults_told_to_clients_are_those_of_the_core() -> None:
         "cell": cfg.cell_m,
         "lookAge": cfg.look_age_s,
         "lookWidth": cfg.look_half_width_m,
+        "yield": cfg.guard.yield_m,
+        "watch": math.degrees(cfg.watch_rad),
         "turns": cfg.turns,
     }
     assert core.keys() == PARAMS.keys() - {"cmd", "goalX", "goalY", "selftest"}

@@ -21,7 +21,7 @@ def place(grid: CData, cell: tuple[int, int], x: float, y: float) -> CData:
 
 def hit(grid: CData, cell: tuple[int, int], x: float, y: float) -> None:
     lib.grid_set_value(grid, *cell, OCCUPIED)
-    lib.grid_points_add(grid, ffi.new("grid_cell_t *", cell)[0], place(grid, cell, x, y))
+    lib.grid_points_add(grid, ffi.new("grid_cell_t *", cell)[0], place(grid, cell, x, y), False)
 
 
 def point(grid: CData, cell: tuple[int, int]) -> tuple[float, float] | None:

@@ -39,6 +39,17 @@ class Guard:
     def step(self, ranges_m: list[float], vx: float, vy: float) -> tuple[float, float]:
         return xy(lib.guard_step(self.guard, self.cfg, ranges_m, self.body, vec2(vx, vy)))
 
+    def watch(
+        self, time_ms: int, hits_m: dict[int, float], judged: int, yaw_rad: float = 0
+    ) -> None:
+        """Take a set seen from the origin."""
+        seen = ffi.new("scan_frame_t *", {"time_ms": time_ms, "pose": (0.0, 0.0, yaw_rad)})
+        for beam, range_m in hits_m.items():
+            seen.hit |= 1 << beam
+            seen.range_m[beam] = range_m
+        lib.guard_watch(self.guard, self.cfg, seen, [judged] * lib.SCAN_BEAMS)
+        self.body.time_ms = time_ms + 100
+
     @property
     def status(self) -> int:
         return int(self.guard.status)
@@ -195,3 +206,68 @@ def test_a_body_with_delay_never_reaches_the_wall(speed: float) -> None:
         velocity += (command - velocity) * 0.02 / 0.15
         x_m += velocity * 0.02
         assert 1.5 - x_m > 0.09  # the propellers' tips
+
+
+@pytest.mark.parametrize("judged", [lib.GRID_ECHO_UNTOLD, lib.GRID_ECHO_STRANGE])
+@given(speed=st.floats(0.3, 0.7))
+def test_it_gives_way_to_what_comes_as_fast_as_that(judged: int, speed: float) -> None:
+    guard = Guard()
+    for step in range(60):
+        range_m = 1.9 - speed * step * 0.1
+        guard.watch(1000 + 100 * step, {lib.SCAN_FRONT: range_m}, judged)
+        velocity = guard.step(ranges(front=range_m), 0.0, 0.0)
+        if guard.status == lib.GUARD_RETREAT:
+            break
+    assert CONFIG.yield_m < range_m < CONFIG.yield_m + speed
+    assert -CONFIG.yield_mps - 1e-6 <= velocity[0] < -0.8 * speed
+
+
+@pytest.mark.parametrize(
+    ("judged", "speed", "yield_m"),
+    [
+        (lib.GRID_ECHO_FAMILIAR, 0.5, 0.6),
+        (lib.GRID_ECHO_UNTOLD, 0.05, 0.6),
+        (lib.GRID_ECHO_UNTOLD, 0.5, 0.0),
+    ],
+)
+def test_walls_noise_and_what_it_is_told_to_ignore_do_not_move_it(
+    judged: int, speed: float, yield_m: float
+) -> None:
+    guard = Guard()
+    guard.cfg.yield_m = yield_m
+    for step in range(15):
+        range_m = 1.0 - speed * step * 0.1
+        guard.watch(1000 + 100 * step, {lib.SCAN_LEFT: range_m}, judged)
+        assert guard.step(ranges(left=range_m), 0.0, 0.0) == (0.0, 0.0)
+
+
+def test_a_turn_beside_an_oblique_wall_is_no_comer() -> None:
+    guard = Guard()
+    for step in range(20):
+        yaw_rad = 0.1 * step
+        guard.watch(
+            1000 + 100 * step, {lib.SCAN_LEFT: 1.2 - 0.04 * step}, lib.GRID_ECHO_UNTOLD, yaw_rad
+        )
+    assert not guard.guard.met
+
+
+@given(st.lists(st.floats(0.1, 3.0), min_size=5, max_size=5), st.floats(0.1, 0.7))
+def test_giving_way_it_moves_only_where_a_beam_sees_room(
+    room_m: list[float], comer_m: float
+) -> None:
+    guard = Guard()
+    room_m[lib.SCAN_FRONT] = comer_m
+    guard.watch(1000, {lib.SCAN_FRONT: comer_m}, lib.GRID_ECHO_STRANGE)
+    velocity = guard.step(room_m, 0.0, 0.0)
+    for beam in DIRECTIONS:
+        if towards(velocity, beam) > 1e-6:
+            assert room_m[beam] > CONFIG.stop_m
+            assert math.hypot(*velocity) == pytest.approx(towards(velocity, beam), abs=1e-5)
+
+
+def test_a_comer_is_remembered_for_a_while_and_not_longer() -> None:
+    guard = Guard()
+    guard.watch(1000, {lib.SCAN_FRONT: 0.3}, lib.GRID_ECHO_STRANGE)
+    assert guard.step(ranges(), 0.0, 0.0)[0] < 0.0
+    guard.body.time_ms = 1000 + 1600
+    assert guard.step(ranges(), 0.0, 0.0) == (0.0, 0.0)

@@ -109,7 +109,7 @@ def test_the_points_of_a_crowded_tile_come_in_turns() -> None:
     for ix, iy in crowd:
         lib.grid_set_value(grid, ix, iy, OCCUPIED)
         at = lib.grid_to_metres(grid, vec2(ix + 0.3, iy + 0.8))
-        lib.grid_points_add(grid, ffi.new("grid_cell_t *", (ix, iy))[0], at)
+        lib.grid_points_add(grid, ffi.new("grid_cell_t *", (ix, iy))[0], at, False)
     stream = Stream(grid)
     seen = set()
     for _ in range(40):

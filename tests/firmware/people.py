@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from ground.core import CData, MissionCmd, MissionState, ffi, lib
@@ -37,10 +38,13 @@ def room(west: float, south: float, east: float, north: float) -> tuple[Obstacle
     )
 
 
-def person(way: Sequence[Point], start_s: float, speed_mps: float = 0.5) -> Obstacle:
-    """Somebody who stands at the first point, and walks along the others once."""
+def person(
+    way: Sequence[Point], start_s: float, speed_mps: float = 0.5, gone_s: float = math.inf
+) -> Obstacle:
+    """Somebody who enters at the first point, walks along the others once, and is gone later."""
     motion = Motion(tuple(way[1:]), speed_mps, start_s)
-    return Obstacle(PERSON, way[0], (0.0, 0.0), 0.0, PERSON_RADIUS_M, 0.0, 1.75, 0.5, motion=motion)
+    body = Obstacle(PERSON, way[0], (0.0, 0.0), 0.0, PERSON_RADIUS_M, 0.0, 1.75, 0.5)
+    return replace(body, motion=motion, appears_s=start_s, vanishes_s=gone_s)
 
 
 def visit(bearing_deg: float, from_m: float, up_to_m: float) -> list[Point]:
@@ -77,6 +81,16 @@ class Watched:
     def place_m(self) -> tuple[float, float]:
         """Where it truly is."""
         return self.plant.truth.position_m[:2]
+
+    def obstacles_m(self) -> set[tuple[float, float]]:
+        """Middles of the cells that its map calls occupied."""
+        grid, found = ffi.addressof(self.nav, "grid"), set()
+        for iy in range(lib.GRID_SIDE_CELLS):
+            for ix in range(lib.GRID_SIDE_CELLS):
+                if lib.grid_state(grid, ix, iy) == lib.GRID_CELL_OCCUPIED:
+                    middle = lib.grid_centre_m(grid, ffi.new("grid_cell_t *", (ix, iy))[0])
+                    found.add((middle.x, middle.y))
+        return found
 
     def command(self, cmd: MissionCmd, goal: Point = (0.0, 0.0)) -> None:
         order = ffi.new("nav_command_t *", (cmd, goal))

@@ -2,14 +2,16 @@
 """Somebody walks up to the drone: it gives way early, hits no wall, and comes back."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
-from ground.core import MissionState, lib
+from ground.core import MissionCmd, MissionState, lib
 from ground.sim.worldspec import Obstacle
-from tests.firmware.people import Watched, person, room, visit
+from tests.firmware.people import Watched, box, person, room, visit
 
 OPEN = room(-3.0, -3.0, 3.0, 3.0)
+SMALL = room(-2.0, -2.0, 2.0, 2.0)
 WALL_BEHIND = room(-0.6, -3.0, 4.0, 3.0)
 CORNERED = room(-0.6, -0.6, 4.0, 4.0)
 COMES_S = 14.0
@@ -70,3 +72,33 @@ def test_a_hand_held_above_lands_it(held_s: float, lands: bool) -> None:
     flight.fly_until(COMES_S + 6.0)
     assert (flight.state == MissionState.IDLE) == lands
     assert flight.nav.mission.fault == lib.MISSION_OK
+
+
+@pytest.mark.parametrize("seed", [7, 8])
+def test_who_has_passed_is_forgotten_and_the_walls_are_not(seed: int) -> None:
+    gone_s = COMES_S + 9.0
+    way = [(1.2, -1.6), (1.2, 1.2), (-1.2, 1.2)]
+    flight = hovering((*SMALL, person(way, COMES_S, gone_s=gone_s)), seed)
+    flight.fly_until(gone_s)
+    before = {at for at in flight.obstacles_m() if max(map(abs, at)) > 1.8}
+    flight.fly_until(gone_s + 20.0)
+    after = flight.obstacles_m()
+    assert {at for at in after if max(map(abs, at)) < 1.6} == set()
+    assert len(before) > 30
+    kept = [at for at in before if any(math.dist(at, other) < 0.11 for other in after)]
+    assert len(kept) > 0.95 * len(before)
+
+
+@pytest.mark.parametrize("seed", [9, 10])
+def test_a_door_that_closed_for_a_while_is_flown_through_when_it_is_open(seed: int) -> None:
+    beside = (box("wall", (1.0, -2.0), (1.1, -0.45)), box("wall", (1.0, 0.45), (1.1, 2.0)))
+    leaf = box("door", (1.0, -0.45), (1.1, 0.45))
+    shut = replace(leaf, appears_s=COMES_S, vanishes_s=COMES_S + 8.0)
+    flight = hovering((*SMALL, *beside, shut), seed)
+    flight.fly_until(COMES_S + 8.0)
+    assert any(0.85 < x < 1.25 and abs(y) < 0.3 for x, y in flight.obstacles_m())
+    flight.fly_until(COMES_S + 25.0)
+    flight.command(MissionCmd.GOTO, (1.6, 0.0))
+    flight.fly_until(flight.time_s + 25.0)
+    assert math.dist(flight.place_m, (1.6, 0.0)) < 0.35
+    assert flight.plant.collisions == 0

@@ -20,7 +20,7 @@ static void ask(void) {
   grid_cell_t cell;
   vec2_t point_m;
   if (grid_locate(&grid, any_vec2(), &cell)) {
-    grid_points_add(&grid, cell, any_vec2());
+    grid_points_add(&grid, cell, any_vec2(), any_u8 & 1);
     grid_points_remove(&grid, cell);
   }
   grid_set_value(&grid, any_int, any_int, any_int);

@@ -41,6 +41,7 @@ void drive_fly(drive_t *drive, const float *poses, const float *ranges_m, int ti
     } else {
       map_slice(drive);
     }
+    grid_fade(&drive->grid, odometry.time_ms);
     said[i] =
         (drive_said_t){drive->slam.filter.pose, drive->slam.filter.bias_rps,
                        drive->slam.filter.scale, slam_sd_m(&drive->slam), drive->slam.confidence};

@@ -151,7 +151,7 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   }
   bool busy =
       fresh || map_slice(nav); // a fresh set has the route looked along, which is work enough
-  if (grid_fade(&nav->grid, nav_now_ms(nav))) {
+  if (!nav->mission.lost && grid_fade(&nav->grid, nav_now_ms(nav))) {
     clearance_mark(&nav->clearance, &nav->grid);
   }
   clearance_refresh(&nav->clearance, &nav->grid, CLEARANCE_ROWS_PER_TICK);

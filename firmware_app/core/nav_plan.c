@@ -6,8 +6,10 @@
 #include "rng.h"
 
 enum {
-  UNITS_PER_TICK = 16,   ///< of the planner's budget
+  UNITS_PER_TICK = 20,   ///< of the planner's budget
   FRONTIER_UNITS = 30,   ///< the same, exploring: its pieces are small
+  DOUBTS_A_HIT = 2,      ///< before cells of one hit more are doubted
+  DOUBTS_MAX = 4,        ///< in a task
   BESIDE_CELLS = 6,      ///< so near to the place beside an occupied goal, it has been looked at
   START_FREE_CELLS = 10, ///< how far the way out of an inflated zone may be
   NEWS_CELLS = 20,       ///< fewer cells that are newly known are no progress
@@ -17,6 +19,7 @@ enum {
   ROUNDS = 1,            ///< doubts before an exploration is over
 };
 
+static const float SERVED_M = 0.2f; ///< so near to an occupied goal is there
 static const float AT_FRONTIER_M = 0.5f;
 
 static vec2_t goal_of_task(const nav_t *nav) {
@@ -24,9 +27,12 @@ static vec2_t goal_of_task(const nav_t *nav) {
 }
 
 /** What closes the way may be noise: cells that only one hit speaks for are unknown again, and
- * looked at before the drone flies there. */
+ * looked at before the drone flies there; when that does not help, cells of two hits. So the drone
+ * looks where its walls are weakest. */
 static void doubt(nav_t *nav) {
-  grid_doubt(&nav->grid, GRID_OCCUPIED_MIN - 1 + nav->cfg.grid.hit);
+  int hits = 1 + nav->plan.doubts / DOUBTS_A_HIT;
+  grid_doubt(&nav->grid, GRID_OCCUPIED_MIN - 1 + hits * nav->cfg.grid.hit);
+  nav->plan.doubts++;
   clearance_mark(&nav->clearance, &nav->grid);
 }
 
@@ -38,7 +44,8 @@ static void fail(nav_t *nav, mission_reason_t reason, vec2_t place_m) {
     nav->plan.stage = NAV_PLAN_BEGIN;
     return;
   }
-  if (mission_airborne(nav->mission.state) && nav->plan.looks_left > 0) {
+  bool may_look = nav->plan.looks_left > 0 && nav->plan.doubts < DOUBTS_MAX;
+  if (mission_airborne(nav->mission.state) && may_look) {
     nav->plan.looks_left--;
     doubt(nav);
     nav_apply(nav, MISSION_EV_LOOK);
@@ -54,19 +61,22 @@ static void fail(nav_t *nav, mission_reason_t reason, vec2_t place_m) {
 }
 
 /** The goal is occupied. Home is wherever beside it is free; another goal may be occupied by noise
- *  seen from afar, and is looked at from beside it before it is given up. @return false if it is */
+ *  seen from afar, and is looked at from beside it before it is given up; what is free as near as
+ *  SERVED_M serves. @return false if it is given up */
 static bool aim_beside(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
   vec2_t beside = plan->goal_cells;
   bool is_free = clearance_nearest_free(&nav->clearance, beside, START_FREE_CELLS, &beside);
   bool far = vec2_distance(plan->start_cells, beside) > (float)BESIDE_CELLS;
   bool home = nav->mission.task == MISSION_TASK_HOME;
-  if (!is_free || !(home || (far && plan->looks_left > 0))) {
+  bool serves = home || (mission_airborne(nav->mission.state) &&
+                         vec2_distance(plan->goal_cells, beside) * nav->grid.cell_m < SERVED_M);
+  plan->approach = !home && far && plan->looks_left > 0;
+  if (!is_free || !(serves || plan->approach)) {
     fail(nav, MISSION_GOAL_OCCUPIED, grid_to_metres(&nav->grid, beside));
     return false;
   }
   plan->goal_cells = beside;
-  plan->approach = !home;
   return true;
 }
 
@@ -78,6 +88,7 @@ void nav_start_exploring(nav_t *nav) {
   nav->plan.stalls = 0;
   nav->plan.known_cells = 0;
   nav->plan.rounds_left = ROUNDS;
+  nav->plan.doubts = 0;
   nav->plan.given_up = 0;
   nav->plan.looked = nav->plan.wandering = false;
   nav->plan.vain = (frontier_vain_t){.count = 0};

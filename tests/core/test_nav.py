@@ -188,7 +188,16 @@ def test_noise_at_the_goal_is_looked_at_from_near_before_the_goal_is_given_up() 
     assert math.dist((flight.x_m, flight.y_m), (2.0, 1.0)) < 0.15
 
 
-def test_a_way_that_only_noise_closes_is_found_again() -> None:
+def test_a_goal_that_turns_out_too_near_to_a_wall_is_served_from_beside_it() -> None:
+    flight = Flight()
+    assert flight.command(GOTO, 2.8, 0.0) == lib.MISSION_OK
+    assert flight.run_until(HOVER, FAULT) == HOVER
+    assert lib.WIRE_EVENT_ARRIVED in [code for code, _ in flight.events]
+    assert 0.1 < flight.distance_m(2.8, 0.0) < 0.3
+
+
+@pytest.mark.parametrize("hits", [1, 2])
+def test_a_way_that_only_noise_closes_is_found_again(hits: int) -> None:
     flight = Flight(TWO_ROOMS)
     assert flight.command(GOTO, -1.6, -1.6) == lib.MISSION_OK
     assert flight.run_until(HOVER, FAULT) == HOVER
@@ -198,7 +207,7 @@ def test_a_way_that_only_noise_closes_is_found_again() -> None:
     cell = ffi.new("grid_cell_t *")
     for step in range(21):
         assert lib.grid_locate(grid, (0.8, 1.05 + 0.05 * step), cell)
-        value = max(lib.grid_value(grid, cell.ix, cell.iy), lib.GRID_OCCUPIED_MIN + 1)
+        value = max(lib.grid_value(grid, cell.ix, cell.iy), lib.GRID_OCCUPIED_MIN - 1 + 3 * hits)
         lib.grid_set_value(grid, cell.ix, cell.iy, value)
     lib.clearance_mark(ffi.addressof(flight.nav, "clearance"), grid)
     assert flight.run_until(HOVER, FAULT) == HOVER

@@ -11,9 +11,8 @@ static const float BATTERY_EMPTY_BELOW_V = 0.15f; ///< under the low limit: land
 static const uint32_t SAGGED_MS = 5000u;          ///< after take-off; the load is steady then
 static const float FAST_S = 3.0f;
 static const float SLOW_S = 30.0f;
-static const float KNEE = 2.0f;             ///< towards the end the voltage falls faster
 static const float LEAST_FALL_VPS = 0.001f; ///< half of what hovering takes
-static const float DETOUR = 2.5f;
+static const float DETOUR = 1.6f;
 static const float DETOUR_M = 2.0f;
 static const float SHARE_OF_SPEED = 0.6f; ///< of cruising that is left, with corners
 static const float LOOKING_S = 5.0f;      ///< turns and plans on the way
@@ -42,11 +41,12 @@ static void learn_discharge(nav_t *nav) {
   known->flown_m += vec2_norm(nav->input.velocity_mps) * nav->tick_s;
 }
 
-/** The voltage that it must still have to come home and land with the limit left. The way home is
+/** The voltage that it must still have to come home and land with the limit left, which is the
+ * reserve for the knee at the end of the curve. The way home is
  * no longer than what was flown, and seldom many times as long as it looks. */
 static float needed_v(const nav_t *nav) {
   const nav_endurance_t *known = &nav->endurance;
-  float learned_vps = KNEE * (known->slow_v - known->fast_v) / (SLOW_S - FAST_S);
+  float learned_vps = (known->slow_v - known->fast_v) / (SLOW_S - FAST_S);
   float fall_vps = learned_vps > LEAST_FALL_VPS ? learned_vps : LEAST_FALL_VPS;
   float straight_m = vec2_distance(pose2_position(nav->pose), pose2_position(nav->home));
   float way_m = geometry_clamp(known->flown_m, straight_m, DETOUR * straight_m + DETOUR_M);

@@ -162,7 +162,7 @@ typedef struct {
   bool approach;        ///< the goal is occupied: going beside it, to look from nearer
   bool wandering;       ///< exploring by random points: on its way to one
   bool looked;          ///< it has looked around since the last plan
-  uint8_t doubts;        ///< in this task, that occupied cells are noise
+  uint8_t doubts;       ///< in this task, that occupied cells are noise
   uint8_t looks_left;   ///< turns to look around that are left before "no way" is final
   uint8_t stalls;       ///< stops without progress, one after the other
   uint8_t rounds_left;  ///< doubts that are left before "explored" is final

@@ -269,7 +269,8 @@ static float keep_watch(const nav_t *nav, float yaw_rate_rps) {
   bool left = phase < 0.5f;
   float swing_rad = half_rad * (4.0f * (left ? phase : phase - 0.5f) - 1.0f);
   float rate_rps = WATCH_RPS + nav->cfg.follower.yaw_gain_per_s * swing_rad;
-  return yaw_rate_rps + (left ? rate_rps : -rate_rps);
+  float most_rps = nav->cfg.follower.yaw_rate_max_rps;
+  return geometry_clamp(yaw_rate_rps + (left ? rate_rps : -rate_rps), -most_rps, most_rps);
 }
 
 /** Where to look meanwhile. */

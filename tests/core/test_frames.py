@@ -16,7 +16,7 @@ SOURCE_LIGHTHOUSE = lib.NAV_SOURCE_LIGHTHOUSE
 
 def airborne(slam: int = SLAM_ESTIMATOR, positioning: int = 0) -> Flight:
     """Exploring, some seconds after the take-off."""
-    flight = Flight(cfg=new_config(slam=slam))
+    flight = Flight(cfg=new_config(slam=slam, watch_rad=0.0))
     flight.input.positioning = positioning
     flight.run_for(1.5)
     assert flight.command(lib.MISSION_CMD_EXPLORE) == lib.MISSION_OK
@@ -60,11 +60,11 @@ def fixed(flight: Flight) -> CData:
 def test_what_the_estimator_was_told_is_not_motion() -> None:
     """Pulled about by decimetres or not, the flight is the same."""
     pulled, left_alone = airborne(), airborne()
-    for _ in range(15):
+    for _ in range(5):
         fixed(pulled)
         pull(pulled, 0.07 + 0.04j, 0.03)
         fixed(left_alone)
-    assert abs(pulled.shift) > 0.8  # the estimate is far away by now
+    assert abs(pulled.shift) > 0.3  # the estimate is far away by now
     assert pulled.time_ms == left_alone.time_ms
     assert abs(place(pulled) - place(left_alone)) < 1e-4
     assert pulled.nav.pose.yaw_rad == pytest.approx(left_alone.nav.pose.yaw_rad, abs=1e-4)

@@ -48,16 +48,15 @@ typedef enum { NUMBER, DEGREES, CHOICE } kind_t;
 typedef struct {
   const char *name;
   kind_t kind;
-  uint8_t offset;
   uint16_t core_offset;
   uint8_t core_size;
+  uint8_t offset;
 } tunable_t;
 
 #define TUNABLE(name, kind, field, core_field)                                                     \
   {                                                                                                \
-    (name), (kind), (uint8_t)offsetof(values_t, field),                                            \
-        (uint16_t)offsetof(nav_config_t, core_field),                                              \
-        (uint8_t)sizeof(((const nav_config_t *)0)->core_field)                                     \
+    (name), (kind), (uint16_t)offsetof(nav_config_t, core_field),                                  \
+        (uint8_t)sizeof(((const nav_config_t *)0)->core_field), (uint8_t)offsetof(values_t, field) \
   }
 
 static const tunable_t tunables[] = {

@@ -137,7 +137,8 @@ void nav_tie_frames(nav_t *nav, pose2_t odometry_before) {
   } else if (!smooth) {
     slam_tie(&nav->slam, odometry, nav->pose);
   }
-  slam_predict(&nav->slam, odometry, nav->tick_s);
+  slam_predict(&nav->slam, odometry,
+               grounded(nav) ? 0.0f : nav->tick_s); // no bias turns who stands
   nav->pose = slam_pose(&nav->slam);
 }
 

@@ -246,19 +246,19 @@ static bool aim_at_frontier(pathfinder_t *planner) {
 }
 
 static void frontier_wave(pathfinder_t *planner, const clearance_t *clearance, const grid_t *grid) {
-  wavefront_t *wave = &planner->search.wave;
+  wavefront_t *front = &planner->search.wave;
   frontier_t *frontier = &planner->search.frontier;
-  if (frontier_look(frontier, wave, grid, clearance)) {
+  if (frontier_look(frontier, front, grid, clearance)) {
     planner->credit -= UNITS_OF_RATING;
     return;
   }
   int rows = 0;
   for (int i = 0; i < GRID_BIT_WORDS; i++) {
-    rows += bits_in(wave->rows[i]);
+    rows += bits_in(front->rows[i]);
   }
   planner->credit -= 1 + rows / ROWS_A_UNIT;
-  bool over = frontier_decided(frontier, wave) ||
-              wavefront_extend(wave, clearance, grid, 1) == WAVEFRONT_EXHAUSTED;
+  bool over = frontier_decided(frontier, front) ||
+              wavefront_extend(front, clearance, grid, 1) == WAVEFRONT_EXHAUSTED;
   if (over && !aim_at_frontier(planner)) {
     planner->status = PATHFINDER_NO_WAY;
     planner->stage = PATHFINDER_END;

@@ -126,6 +126,10 @@ def _event(event: Event) -> dict[str, Any]:
             words, level = "arrived", "good"
         case EventCode.EXPLORED:
             words, level = "everything that can be reached is explored", "good"
+        case EventCode.WAYPOINT:
+            words = f"at way point {event.argument + 1}"
+        case EventCode.SKIPPED:
+            words, level = f"way point left out: {REASON_WORDS[event.reason]}", "warning"
         case EventCode.FOUND:
             words, level = "it knows again where it is in its map", "good"
     return {"n": event.sequence, "t": event.drone_ms / 1000, "words": words, "level": level}

@@ -35,7 +35,8 @@ static void check_setpoint(const nav_t *nav, const nav_setpoint_t *setpoint) {
       fmaxf(fmaxf(cfg->yaw_rate_max_rps, fabsf(cfg->turn_rate_rps)), nav->cfg.scan_rate_rps);
   REQUIRE(setpoint->motors == mission_airborne(nav->mission.state));
   REQUIRE(finite2(setpoint->velocity_body_mps));
-  REQUIRE(vec2_norm(setpoint->velocity_body_mps) <= cfg->speed_mps * ROUNDING);
+  float most_mps = fmaxf(cfg->speed_mps, nav->cfg.guard.yield_mps);
+  REQUIRE(vec2_norm(setpoint->velocity_body_mps) <= most_mps * ROUNDING);
   REQUIRE(fabsf(setpoint->yaw_rate_rps) <= rate_rps * ROUNDING);
   REQUIRE(setpoint->height_m >= 0.0f && setpoint->height_m <= HEIGHT_MAX_M);
 }
@@ -43,7 +44,7 @@ static void check_setpoint(const nav_t *nav, const nav_setpoint_t *setpoint) {
 static void check_status(const nav_t *nav) {
   const nav_status_t *status = &nav->status;
   REQUIRE(status->state < MISSION_STATES && status->fault < MISSION_REASONS);
-  REQUIRE(status->task <= MISSION_TASK_HOME && status->confidence <= 100);
+  REQUIRE(status->task <= MISSION_TASK_PATROL && status->confidence <= 100);
   REQUIRE(status->known_cells <= GRID_CELLS && status->plan_nodes <= TREE_NODES);
   REQUIRE(finite2(pose2_position(status->pose)) && finite2(status->goal_m));
   REQUIRE(fabsf(status->pose.yaw_rad) <= 3.1416f);
@@ -59,10 +60,13 @@ static void check_event(const wire_event_t *event) {
       [WIRE_EVENT_STATE] = MISSION_STATES,
       [WIRE_EVENT_REFUSED] = MISSION_REASONS,
       [WIRE_EVENT_FAULT] = MISSION_REASONS,
-      [WIRE_EVENT_ARRIVED] = MISSION_TASK_HOME + 1,
-      [WIRE_EVENT_EXPLORED] = 1,
+      [WIRE_EVENT_ARRIVED] = MISSION_TASK_PATROL + 1,
+      [WIRE_EVENT_EXPLORED] = 2,
+      [WIRE_EVENT_FOUND] = 1,
+      [WIRE_EVENT_WAYPOINT] = NAV_WAYPOINTS,
+      [WIRE_EVENT_SKIPPED] = MISSION_REASONS,
   };
-  REQUIRE(event->code >= WIRE_EVENT_STATE && event->code <= WIRE_EVENT_EXPLORED);
+  REQUIRE(event->code >= WIRE_EVENT_STATE && event->code <= WIRE_EVENT_SKIPPED);
   REQUIRE(event->argument < limit[event->code]);
   REQUIRE(finite2(event->place_m));
   REQUIRE((int16_t)(uint16_t)(event->sequence - drone.event_sequence) >= 0);

@@ -35,6 +35,7 @@ static values_t wanted = DEFAULTS;
 static values_t accepted;
 
 static uint8_t cmd;
+static paramVarId_t cmd_id; ///< looked up once: the firmware compares names one by one
 static float goal_x, goal_y;
 static _Atomic uint8_t pending_cmd;
 static atomic_bool changed = true;
@@ -114,6 +115,7 @@ void app_params_init(nav_t *nav) {
   nav_config_default(&nav->cfg);
   to_config(&accepted, &nav->cfg);
   nav_init(nav, &nav->cfg);
+  cmd_id = paramGetVarId("way", "cmd");
   changed = true;
 }
 
@@ -181,9 +183,8 @@ bool app_params_take_command(nav_command_t *command) {
   }
   command->cmd = (mission_cmd_t)taken;
   command->goal_m = (vec2_t){goal_x, goal_y};
-  const paramVarId_t id = paramGetVarId("way", "cmd");
-  if (PARAM_VARID_IS_VALID(id)) {
-    paramSetInt(id, MISSION_CMD_NONE);
+  if (PARAM_VARID_IS_VALID(cmd_id)) {
+    paramSetInt(cmd_id, MISSION_CMD_NONE);
   }
   return true;
 }

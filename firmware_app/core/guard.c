@@ -243,8 +243,9 @@ vec2_t guard_step(guard_t *guard, const guard_config_t *cfg, const float *range_
       guard->status = GUARD_RETREAT;
       return give_way(guard, cfg, range_m, near_m);
     }
-    if (guard->comer_mps > COMING_MPS)
+    if (guard->comer_mps > COMING_MPS) {
       slowed = limit(cfg, vec2_scale(guard->away, -1.0f), -near_m, &velocity_mps) || slowed;
+    }
   }
   float bound_m = guard->status == GUARD_RETREAT ? cfg->release_m : cfg->retreat_m;
   if (guard->nearest_m < bound_m) {

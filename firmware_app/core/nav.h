@@ -273,7 +273,7 @@ mission_reason_t nav_command(nav_t *nav, const nav_command_t *command);
 
 /** Take some of the way points of commands FLY and PATROL. @return MISSION_OK, or why none of them
  * was taken */
-mission_reason_t nav_take_waypoints(nav_t *nav, const wire_waypoints_t *waypoints);
+mission_reason_t nav_take_waypoints(nav_t *nav, const wire_waypoints_t *given);
 
 /** One tick. Input that is not finite is replaced by what was known before. */
 nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input);

@@ -31,7 +31,7 @@ pose2_t nav_estimate(const nav_t *nav);
 uint8_t nav_confidence(const nav_t *nav);
 
 /** May the drone be sent there, whatever the map says? */
-mission_reason_t nav_check_place(const nav_t *nav, vec2_t place_m);
+mission_reason_t nav_check_place(const nav_t *nav, vec2_t goal_m);
 /** Set off along the way points. */
 mission_reason_t nav_start_waypoints(nav_t *nav, mission_task_t task);
 /** At the end of a route: a way point? @return true if it flies on to the next */

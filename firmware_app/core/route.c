@@ -189,12 +189,12 @@ float route_seen_m(const route_t *route, const grid_t *grid, const seen_t *seen,
 float route_room_m(const route_t *route, const grid_t *grid, const clearance_t *clearance,
                    float from_m, float until_m) {
   piece_t piece = {.at_m = from_m};
-  int room_cells = ROUTE_ROOM_CELLS;
+  int free_cells = ROUTE_ROOM_CELLS;
   while (piece.at_m < until_m && next_piece(route, &piece)) {
     vec2_t at_cells = grid_to_cells(grid, piece.b_m);
-    while (room_cells > 0 && !clearance_square_free(clearance, at_cells, room_cells)) {
-      room_cells--;
+    while (free_cells > 0 && !clearance_square_free(clearance, at_cells, free_cells)) {
+      free_cells--;
     }
   }
-  return (float)room_cells * grid->cell_m;
+  return (float)free_cells * grid->cell_m;
 }

@@ -37,13 +37,13 @@ void seen_mark(seen_t *seen, const grid_t *grid, const scan_frame_t *frame, pose
     }
     vec2_t step = vec2_rotate((vec2_t){stride_m, 0.0f}, map_pose.yaw_rad + scan_bearing_rad(beam));
     vec2_t at_m = pose2_position(map_pose);
-    for (float left_m = frame->range_m[beam]; left_m >= 0.0f; left_m -= stride_m) {
-      int tile = tile_at(grid, at_m);
-      if (tile < 0) {
-        break;
-      }
+    float left_m = frame->range_m[beam];
+    int tile = tile_at(grid, at_m);
+    while (left_m >= 0.0f && tile >= 0) {
       seen->now[tile / 32] |= 1u << (tile % 32);
       at_m = vec2_add(at_m, step);
+      tile = tile_at(grid, at_m);
+      left_m -= stride_m;
     }
   }
 }

@@ -30,7 +30,7 @@ _AFTERWARDS: Final = {
     "land": MissionCmd.LAND,
 }
 """What is commanded on the way to the goal."""
-_ON_THE_WAY_S: Final = 4.0
+_ON_THE_WAY_S: Final = 7.0
 _BEGUN_S: Final = 3.0
 _PHASE_S: Final = 150.0
 _REST_S: Final = 4.0

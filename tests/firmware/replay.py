@@ -27,7 +27,7 @@ STAGES: Final = {
     "plan: route": "route_build",
     "watch": "nav_watch",
     "look": "seen_mark",
-    "comers": "guard_watch",
+    "comers": "grid_judge",
     "fade": "grid_fade",
     "motion": "nav_move",
     "motion: clear": "route_clear_m",

@@ -147,6 +147,11 @@ static void put_back(const tunable_t *tunable) {
   }
 }
 
+static bool is_new(const values_t *all, const tunable_t *tunable) {
+  const uint8_t *wanted_value = (const uint8_t *)all + tunable->offset;
+  return memcmp(wanted_value, (const uint8_t *)&accepted + tunable->offset, size_of(tunable)) != 0;
+}
+
 /** Offer one of all the values that are wanted, beside those accepted so far. */
 static mission_reason_t offer_one(nav_t *nav, const values_t *all, const tunable_t *tunable) {
   values_t trial = accepted;
@@ -168,7 +173,8 @@ void app_params_apply(nav_t *nav) {
     return;
   }
   for (int i = 0; i < TUNABLES; i++) {
-    const mission_reason_t reason = offer_one(nav, &all, &tunables[i]);
+    const mission_reason_t reason =
+        is_new(&all, &tunables[i]) ? offer_one(nav, &all, &tunables[i]) : MISSION_OK;
     if (reason != MISSION_OK) {
       DEBUG_PRINT("way.%s refused: %s\n", tunables[i].name, app_reason_text(reason));
       put_back(&tunables[i]);

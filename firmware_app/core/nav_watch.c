@@ -42,8 +42,8 @@ static void learn_discharge(nav_t *nav) {
 }
 
 /** The voltage that it must still have to come home and land with the limit left, which is the
- * reserve for the knee at the end of the curve. The way home is
- * no longer than what was flown, and seldom many times as long as it looks. */
+ * reserve for the knee at the end of the curve. The way home is no longer than what was flown, and
+ * seldom many times as long as it looks. */
 static float needed_v(const nav_t *nav) {
   const nav_endurance_t *known = &nav->endurance;
   float learned_vps = (known->slow_v - known->fast_v) / (SLOW_S - FAST_S);

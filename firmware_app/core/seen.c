@@ -23,10 +23,7 @@ void seen_step(seen_t *seen, uint32_t time_ms, float age_s) {
 /** Number of a place's tile, -1 outside the grid. */
 static int tile_at(const grid_t *grid, vec2_t point_m) {
   grid_cell_t cell;
-  if (!grid_locate(grid, point_m, &cell)) {
-    return -1;
-  }
-  return cell.iy / GRID_TILE_SIDE_CELLS * GRID_TILES_PER_ROW + cell.ix / GRID_TILE_SIDE_CELLS;
+  return grid_locate(grid, point_m, &cell) ? grid_tile(cell.ix, cell.iy) : -1;
 }
 
 void seen_mark(seen_t *seen, const grid_t *grid, const scan_frame_t *frame, pose2_t map_pose) {

@@ -24,7 +24,6 @@ static const float ROOM_AHEAD_M = 0.5f;
 static const float BLOCKED_MARGIN_M = 0.3f; ///< stop this much before a blocked piece
 static const float QUARTER_RAD = 1.57079633f;
 static const float FACE_GAIN_PER_S = 3.0f;
-static const float FACE_RPS = 2.0f;
 static const float FACED_S = 2.0f;   ///< what is not near before so long is left out of sight
 static const float FACED_M = 0.3f;   ///< and this much farther away than it keeps
 static const float FACED_MPS = 0.1f; ///< and what comes more slowly
@@ -254,7 +253,8 @@ static float face_comer(const nav_t *nav, float yaw_rate_rps) {
   }
   float bearing_rad = geometry_atan2(offset_m.y, offset_m.x);
   float off_rad = bearing_rad - QUARTER_RAD * floorf(bearing_rad / QUARTER_RAD + 0.5f);
-  return geometry_clamp(FACE_GAIN_PER_S * off_rad, -FACE_RPS, FACE_RPS);
+  float most_rps = nav->cfg.follower.yaw_rate_max_rps;
+  return geometry_clamp(FACE_GAIN_PER_S * off_rad, -most_rps, most_rps);
 }
 
 /** Looking to and fro about the heading that a command keeps: who comes between two beams is not

@@ -69,6 +69,13 @@ NAV = {
     + command(FORGET)
     + step(100)
     + LISTEN,
+    "forgotten": command(TAKE_OFF)
+    + step(127)
+    + command(SCAN)
+    + step(101)
+    + command(FORGET)
+    + step(150)
+    + LISTEN,
     "avoid": command(GOTO, 1.0) + step(300) + near(0, 0.1) + step(20) + room(2.0, 2.0) + step(200),
     "lost": command(GOTO, -1.0, 0.5)
     + step(260)

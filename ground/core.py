@@ -29,12 +29,15 @@ TILES_PER_ROW: int = lib.GRID_TILES_PER_ROW
 TILES: int = lib.GRID_TILES
 MAP_EPOCHS: int = lib.WIRE_MAP_EPOCHS
 MAP_BYTES: int = lib.WIRE_MAP_BYTES
-MAP_POINTS: int = lib.WIRE_MAP_POINTS
+NO_POINT: int = lib.WIRE_NO_POINT
 PATH_POINTS: int = lib.WIRE_PATH_POINTS
 WAYPOINTS_MAX: int = lib.NAV_WAYPOINTS
 WAYPOINTS_A_PACKET: int = lib.WIRE_WAYPOINTS_A_PACKET
 PACKET_BYTES: int = lib.WIRE_PACKET_BYTES
 WIRE_VERSION: int = lib.WIRE_VERSION
+TILES_A_PACKET: int = lib.WIRE_TILES_A_PACKET
+EVENTS_KEPT: int = lib.NAV_EVENTS
+RECORDS_KEPT: int = lib.HISTORY_RECORDS
 
 
 class MissionCmd(IntEnum):
@@ -120,6 +123,18 @@ class WireType(IntEnum):
     SNAPSHOT = lib.WIRE_SNAPSHOT
     MAP = lib.WIRE_MAP
     WAYPOINTS = lib.WIRE_WAYPOINTS
+    HISTORY = lib.WIRE_HISTORY
+    ASK = lib.WIRE_ASK
+    TILES = lib.WIRE_TILES
+
+
+class RecordKind(IntEnum):
+    """What a record of the history tells."""
+
+    POSE = lib.WIRE_RECORD_POSE
+    MATCHED = lib.WIRE_RECORD_MATCHED
+    LOST = lib.WIRE_RECORD_LOST
+    FOUND = lib.WIRE_RECORD_FOUND
 
 
 class WireStatus(IntEnum):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import struct
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
@@ -33,7 +34,7 @@ def read_recording(path: Path) -> Iterator[tuple[float, Incoming]]:
                 elif isinstance(record, Message) and topics.get(record.channel_id) in KINDS:
                     kind = KINDS[topics[record.channel_id]]
                     yield record.log_time / 1e9, from_json(kind, json.loads(record.data))
-        except (McapError, ValueError) as error:
+        except (McapError, ValueError, struct.error) as error:
             log.warning("%s: the recording ends early or is damaged: %s", path, error)
 
 

@@ -13,8 +13,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ground.core import MissionReason, MissionState, SelfTest, Source
-from ground.model import Health, LogMessage, Point, Pose, Positioned, Ranges, Telemetry
-from ground.wire import decode_map_piece
+from ground.model import Health, LogMessage, MapPacket, Point, Pose, Positioned, Ranges, Telemetry
+from ground.wire import is_map_piece
 
 Values = Mapping[str, float]
 MAP_WORDS = tuple(f"waymap.m{i}" for i in range(7))
@@ -86,13 +86,14 @@ def decode_source(drone_ms: int, values: Values) -> Positioned | None:
     return Positioned(drone_ms, Source(int(source))) if source in list(Source) else None
 
 
-def decode_map(_drone_ms: int, values: Values) -> LogMessage | None:
+def decode_map(drone_ms: int, values: Values) -> LogMessage | None:
     """Values of the block `map`."""
     words = [int(values[name]) for name in MAP_WORDS]
     try:
-        return decode_map_piece(struct.pack("<6IH", *words))
+        data = struct.pack("<6IH", *words)
     except struct.error:  # another build's types
         return None
+    return MapPacket(drone_ms, data) if is_map_piece(data) else None
 
 
 TELEMETRY_VARIABLES = (

@@ -10,9 +10,15 @@ from ground.logblocks import LogBlock, Values
 from ground.model import LogMessage
 
 CLOCK_MS = 1 << 24  # log packets carry 24 bits of milliseconds
+OVERTAKEN_MS = 2000  # so far back: another packet overtook this one, or it came twice
 LONGEST_GAP_MS = 60_000  # longer than this is a restart, not a loss
 OVERDUE_MS = 600
 ANSWER_S = 0.1  # the drone gets so long to answer before it is asked again
+
+
+def near(clock_ms: int, reference_ms: int) -> int:
+    """The time next to the reference that has the same 24 bits."""
+    return reference_ms + (clock_ms - reference_ms + CLOCK_MS // 2) % CLOCK_MS - CLOCK_MS // 2
 
 
 class LogStream:
@@ -34,7 +40,7 @@ class LogStream:
         self.received += 1
         self._awaited_since_s = time.monotonic()
         drone_ms = self._unwrap(clock_ms)
-        self._awaited_since_ms = drone_ms
+        self._awaited_since_ms = self.drone_ms
         message = self._block.decode(drone_ms, values)
         if message is None:
             self.bad += 1
@@ -61,7 +67,13 @@ class LogStream:
             self._last_ms = clock_ms
             return clock_ms
         step_ms = (clock_ms - self._last_ms) % CLOCK_MS
-        if step_ms > CLOCK_MS // 2:  # backwards: another packet overtook it, or the drone restarted
+        if step_ms == 0:
+            return self._last_ms
+        back_ms = CLOCK_MS - step_ms
+        if back_ms < OVERTAKEN_MS:
+            self.lost = max(0, self.lost - 1)
+            return self._last_ms - back_ms
+        if step_ms > CLOCK_MS // 2:  # the drone restarted
             self._last_ms = clock_ms
             return clock_ms
         if step_ms < LONGEST_GAP_MS:

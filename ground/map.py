@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -11,14 +12,19 @@ from numpy.typing import NDArray
 from ground.core import (
     GRID_SIDE_CELLS,
     MAP_EPOCHS,
+    NO_POINT,
     TILE_SIDE_CELLS,
     TILES,
     TILES_PER_ROW,
     CellState,
 )
-from ground.model import Hello, MapPiece, Point
+from ground.model import Hello, MapPacket, MapPiece, Point
+from ground.wire import decode_map_piece
 
-NO_POINT = 255
+RATE_PACKETS = 64
+RESTART_MS = 2000  # older than the newest by more: the drone began anew
+NEVER_MS = -(1 << 62)
+
 # Cell codes of GroundMap.codes(), one byte a cell: a CellState, or a point in the upper six bits.
 CODE_POINT = 3
 
@@ -35,6 +41,10 @@ class GroundMap:
         self.states: NDArray[np.uint8] = np.zeros(shape, np.uint8)
         self.eighths: NDArray[np.uint8] = np.full(shape, NO_POINT, np.uint8)
         self.tile_seen_s: NDArray[np.float64] = np.full(TILES, -np.inf)
+        self.tile_ms: NDArray[np.int64] = np.full(TILES, NEVER_MS)
+        self._packets_ms: deque[int] = deque(maxlen=RATE_PACKETS)
+        self._drawn: dict[bytes, tuple[int, int]] = {}
+        self.packets = 0
         self.cell_m = 0.05
         self.origin = Point(-0.5 * GRID_SIDE_CELLS * 0.05, -0.5 * GRID_SIDE_CELLS * 0.05)
         self.epoch: int | None = None
@@ -45,6 +55,7 @@ class GroundMap:
         self.states.fill(CellState.UNKNOWN)
         self.eighths.fill(NO_POINT)
         self.tile_seen_s.fill(-np.inf)
+        self.tile_ms.fill(NEVER_MS)
         self.epoch = epoch
         self.revision += 1
 
@@ -55,18 +66,47 @@ class GroundMap:
         if not same:
             self.clear(hello.epoch)
 
-    def take_piece(self, piece: MapPiece, now_s: float) -> bool:
+    def take_packet(self, packet: MapPacket, now_s: float) -> None:
+        """Put in what one packet tells. Of two that tell of a tile the later sent one counts."""
+        newest_ms = self._packets_ms[-1] if self._packets_ms else packet.drone_ms
+        if packet.drone_ms < newest_ms - RESTART_MS:
+            self.clear(self.epoch)
+            self._packets_ms.clear()
+            newest_ms = packet.drone_ms
+        self._packets_ms.append(max(packet.drone_ms, newest_ms))
+        self.packets += 1
+        if self._told_again(packet, now_s):
+            return
+        tiles = decode_map_piece(packet.data)
+        taken = [self.take_piece(piece, now_s, packet.drone_ms) for piece in tiles]
+        if len(self._drawn) > TILES:
+            self._drawn.clear()
+        if all(taken):
+            self._drawn[packet.data] = self.revision, len(tiles)
+
+    def _told_again(self, packet: MapPacket, now_s: float) -> bool:
+        """Nothing has changed since these bytes came: only the tiles' ages do."""
+        revision, count = self._drawn.get(packet.data, (-1, 0))
+        if revision != self.revision:
+            return False
+        told = slice(packet.data[0], packet.data[0] + count)
+        self.tile_seen_s[told] = now_s
+        np.maximum(self.tile_ms[told], packet.drone_ms, out=self.tile_ms[told])
+        return True
+
+    def take_piece(self, piece: MapPiece, now_s: float, drone_ms: int = 0) -> bool:
         """Put one tile in; a newer epoch clears the map first. @return False for an older one."""
         if self.epoch is None:
             self.epoch = piece.epoch
         ahead = (piece.epoch - self.epoch) % MAP_EPOCHS
-        if ahead == MAP_EPOCHS - 1:
+        if ahead == MAP_EPOCHS - 1 or drone_ms < self.tile_ms[piece.tile]:
             return False
         if ahead:
             self.clear(piece.epoch)
         window = self._window(piece.tile)
         states = np.frombuffer(piece.states, np.uint8).reshape(TILE_SIDE_CELLS, TILE_SIDE_CELLS)
-        eighths = np.where(states == CellState.OCCUPIED, self.eighths[window], NO_POINT)
+        kept = NO_POINT if piece.whole else self.eighths[window]
+        eighths = np.where(states == CellState.OCCUPIED, kept, NO_POINT).astype(np.uint8)
         for cell, place in piece.points:
             eighths[divmod(cell, TILE_SIDE_CELLS)] = place
         if not (
@@ -77,7 +117,24 @@ class GroundMap:
             self.eighths[window] = eighths
             self.revision += 1
         self.tile_seen_s[piece.tile] = now_s
+        self.tile_ms[piece.tile] = drone_ms
         return True
+
+    @property
+    def rate_hz(self) -> float:
+        """Pieces a second, by the drone's clock."""
+        if len(self._packets_ms) < 2:
+            return 0.0
+        return (
+            1000 * (len(self._packets_ms) - 1) / max(1, self._packets_ms[-1] - self._packets_ms[0])
+        )
+
+    def oldest_tiles(self, than_ms: int, count: int) -> tuple[int, ...]:
+        """So many of the tiles that are older than this, by the newest packet."""
+        if not self._packets_ms:
+            return ()
+        old = np.flatnonzero(self._packets_ms[-1] - self.tile_ms > than_ms)
+        return tuple(int(tile) for tile in old[np.argsort(self.tile_ms[old])][:count])
 
     def piece(self, tile: int, epoch: int) -> MapPiece:
         """One tile as the drone sends it, with all its points."""

@@ -16,8 +16,10 @@ from ground.core import (
     MissionCmd,
     MissionReason,
     MissionState,
+    RecordKind,
     SelfTest,
     Source,
+    WireType,
 )
 
 
@@ -106,6 +108,15 @@ class MapPiece:
     epoch: int
     states: bytes
     points: tuple[tuple[int, int], ...]
+    whole: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class MapPacket:
+    """A piece of the map as it came, of several tiles; GroundMap reads it."""
+
+    drone_ms: int
+    data: bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +172,30 @@ class Beat:
     sequence: int
     drone_ms: int
     state: MissionState
+    path_revision: int = 0
+    path_total: int = 0
+    next_event: int = 0
+    next_record: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Where the drone was; or how what it believed was corrected: a turn about the map's origin,
+    then a shift."""
+
+    drone_ms: int
+    kind: RecordKind
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """Records with numbers that follow one another, modulo 2^16."""
+
+    first: int
+    records: tuple[Record, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,6 +264,22 @@ class SnapshotRequest:
 
 
 @dataclass(frozen=True, slots=True)
+class Ask:
+    """Ask for what was lost: route, or events or records from a number on."""
+
+    what: WireType
+    first: int = 0
+    count: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class AskTiles:
+    """Ask for tiles of the map."""
+
+    tiles: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Heartbeat:
     """The ground is alive."""
 
@@ -261,8 +312,10 @@ class LinkStats:
     dropped_messages: int = 0
 
 
-LogMessage = Telemetry | Health | Ranges | Positioned | MapPiece
-AppMessage = Hello | Ack | RoutePiece | Event | Beat
+LogMessage = Telemetry | Health | Ranges | Positioned | MapPacket
+AppMessage = Hello | Ack | RoutePiece | Event | Beat | History
 Incoming = LogMessage | AppMessage | Console | ParameterValue | LinkChange
-AppRequest = Command | Waypoints | HelloRequest | SnapshotRequest | Heartbeat | MapPiece
+AppRequest = (
+    Command | Waypoints | HelloRequest | SnapshotRequest | Heartbeat | MapPiece | Ask | AskTiles
+)
 Outgoing = AppRequest | EmergencyStop | SetParameter

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections import deque
 
 from ground.core import MissionState, Source
+from ground.logstream import near
 from ground.map import GroundMap
 from ground.model import (
     Beat,
@@ -13,10 +14,11 @@ from ground.model import (
     Event,
     Health,
     Hello,
+    History,
     Incoming,
     LinkChange,
     LinkState,
-    MapPiece,
+    MapPacket,
     ParameterValue,
     Point,
     Positioned,
@@ -24,10 +26,11 @@ from ground.model import (
     RoutePiece,
     Telemetry,
 )
+from ground.trail import Trail
 
-TRAIL_POINTS = 4000
-TRAIL_STEP_M = 0.05
 EVENTS_KEPT = 100
+SEQUENCES = 1 << 16
+HALF = SEQUENCES // 2
 CONSOLE_LINES = 100
 
 
@@ -44,8 +47,7 @@ class Picture:
         self.map = GroundMap()
         self.route: tuple[Point, ...] = ()
         self.route_complete = True
-        self.trail: deque[Point] = deque(maxlen=TRAIL_POINTS)
-        self.trail_count = 0
+        self.trail = Trail()
         self.events: deque[Event] = deque(maxlen=EVENTS_KEPT)
         self.console: deque[str] = deque([""], maxlen=CONSOLE_LINES)
         self.parameters: dict[str, float] = {}
@@ -63,9 +65,9 @@ class Picture:
         match message:
             case Telemetry():
                 self.telemetry = message
-                self._extend_trail(message)
-            case MapPiece():
-                self.map.take_piece(message, now_s)
+                self.trail.take_telemetry(message)
+            case MapPacket():
+                self.map.take_packet(message, now_s)
             case Health():
                 self.health = message
             case Ranges():
@@ -78,26 +80,36 @@ class Picture:
             case RoutePiece():
                 self._take_route(message)
             case Event():
-                self.events.append(message)
+                self._take_event(message)
             case LinkChange():
                 self.link = message
             case Console(text):
                 self._take_console(text)
             case ParameterValue(name, value):
                 self.parameters[name] = value
-        if isinstance(message, Telemetry | Health | Ranges | Positioned | Beat):
-            self.drone_ms = message.drone_ms
+        match message:
+            case Telemetry() | Health() | Ranges() | Positioned():
+                self.drone_ms = message.drone_ms
+            case Beat():  # more bits of the same clock
+                self.drone_ms = near(message.drone_ms, self.drone_ms or message.drone_ms)
 
-    def _extend_trail(self, telemetry: Telemetry) -> None:
-        if not telemetry.state.airborne:
-            return
-        here = Point(telemetry.pose.x_m, telemetry.pose.y_m)
-        if self.trail:
-            last = self.trail[-1]
-            if max(abs(here.x_m - last.x_m), abs(here.y_m - last.y_m)) < TRAIL_STEP_M:
-                return
-        self.trail.append(here)
-        self.trail_count += 1
+    def take_history(self, history: History, first_missing: int) -> None:
+        """Records of the way; those behind one that is missing wait for it."""
+        self.trail.take_history(history, first_missing, self.drone_ms)
+
+    def _take_event(self, event: Event) -> None:
+        """In the order of their numbers, whenever they come."""
+        later = []
+        while self.events and (self.events[-1].sequence - event.sequence) % SEQUENCES < HALF:
+            later.append(self.events.pop())
+        self.events.extend((event, *reversed(later)))
+
+    @property
+    def route_known(self) -> tuple[int, int] | None:
+        """Revision and number of points, once all its pieces have come."""
+        if self._route_revision is None or not self.route_complete:
+            return None
+        return self._route_revision, len(self.route)
 
     def _take_route(self, piece: RoutePiece) -> None:
         """Show a route once all its pieces have come."""

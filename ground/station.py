@@ -25,11 +25,14 @@ from ground.link import Link
 from ground.model import (
     Ack,
     AppRequest,
+    Beat,
     Command,
     EmergencyStop,
+    Event,
     Heartbeat,
     Hello,
     HelloRequest,
+    History,
     Incoming,
     LinkState,
     LinkStats,
@@ -41,6 +44,8 @@ from ground.model import (
     Waypoints,
 )
 from ground.picture import Picture
+from ground.pulse import Pulse
+from ground.recovery import RESTART_MS, Recovery
 from ground.wire import SEQUENCES
 from ground.words import COMMAND_WORDS, REASON_WORDS
 
@@ -51,8 +56,6 @@ REPEATS = 25
 WAYPOINT_LIMIT_M = 30.0
 BEAT_DRONE_MS = 500
 BEAT_WALL_S = 0.5
-ROUTE_PATIENCE_MS = 2000
-RESTART_MS = 1000  # the drone's clock goes back by more: it was restarted
 LISTENER_MESSAGES = 1024
 
 
@@ -91,7 +94,8 @@ class Station:
         self._beats = itertools.count()
         self._beaten_ms = 0
         self._beaten_s = float("-inf")
-        self._route_complete_ms = 0
+        self._recovery = Recovery()
+        self.pulse = Pulse()
         self._ended = asyncio.Event()
         self.picture = Picture()
 
@@ -218,37 +222,46 @@ class Station:
         raise _no_answer(what)
 
     def _take(self, message: Incoming) -> None:
+        restarts = self._recovery.restarts
+        if not self._recovery.take(message):
+            return
         epoch = self.picture.map.epoch
         before_ms = self.picture.drone_ms
-        self.picture.take(message, time.monotonic())
-        if self.picture.drone_ms < before_ms - RESTART_MS or self.picture.map.epoch != epoch:
+        now_s = time.monotonic()
+        self.picture.take(message, now_s)
+        if isinstance(message, History):
+            self.picture.take_history(message, self._recovery.records.first_missing or 0)
+        if isinstance(message, Beat):
+            self.pulse.heard(message.sequence, now_s)
+        restarted = self._recovery.restarts != restarts
+        restarted |= self.picture.drone_ms < before_ms - RESTART_MS
+        if restarted or self.picture.map.epoch != epoch:
             self._link.send(HelloRequest())
-        self._recover_route()
+        self._ask_for_missing()
         if self.picture.drone_ms - self._beaten_ms >= BEAT_DRONE_MS or before_ms < self._beaten_ms:
             self._beat()
-        for listener in self._listeners:
-            listener.put(message)
+        if not isinstance(message, Event) or self._recovery.is_news(message):
+            for listener in self._listeners:
+                listener.put(message)
 
-    def _recover_route(self) -> None:
-        """A piece of the route that is missing for long was lost: ask again."""
-        waited_ms = self.picture.drone_ms - self._route_complete_ms
-        if self.picture.route_complete or waited_ms < 0:
-            self._route_complete_ms = self.picture.drone_ms
-        elif waited_ms > ROUTE_PATIENCE_MS:
-            self._route_complete_ms = self.picture.drone_ms
-            self.ask_snapshot()
+    def _ask_for_missing(self) -> None:
+        picture = self.picture
+        for request in self._recovery.requests(picture.map, picture.route_known, picture.drone_ms):
+            self._link.send(request)
 
     def _beat(self) -> None:
         self._beaten_ms = self.picture.drone_ms
         self._beaten_s = time.monotonic()
-        self._link.send(Heartbeat(next(self._beats) % SEQUENCES))
+        number = next(self._beats) % SEQUENCES
+        self.pulse.sent(number, self._beaten_s)
+        self._link.send(Heartbeat(number))
 
     async def _beat_by_wall(self) -> None:
         """Heartbeats go by the drone's clock; where that is not heard, by ours."""
         while True:
-            await asyncio.sleep(BEAT_WALL_S / 2)
             if time.monotonic() - self._beaten_s >= BEAT_WALL_S:
                 self._beat()
+            await asyncio.sleep(BEAT_WALL_S / 2)
 
 
 async def _heard(
@@ -279,6 +292,7 @@ async def station_on(link: Link) -> AsyncIterator[Station]:
     running = asyncio.create_task(station.run())
     try:
         await station.greet()
+        station.ask_snapshot()
         yield station
     finally:
         await link.close()

@@ -7,7 +7,7 @@ import math
 
 from ground.core import (
     MAP_BYTES,
-    MAP_POINTS,
+    NO_POINT,
     PACKET_BYTES,
     PATH_POINTS,
     Capability,
@@ -15,6 +15,7 @@ from ground.core import (
     EventCode,
     MissionReason,
     MissionState,
+    RecordKind,
     WireStatus,
     WireType,
     ffi,
@@ -24,14 +25,18 @@ from ground.model import (
     Ack,
     AppMessage,
     AppRequest,
+    Ask,
+    AskTiles,
     Beat,
     Command,
     Event,
     Heartbeat,
     Hello,
     HelloRequest,
+    History,
     MapPiece,
     Point,
+    Record,
     RoutePiece,
     SnapshotRequest,
     Waypoints,
@@ -63,6 +68,12 @@ def encode_request(request: AppRequest) -> bytes:
         case MapPiece():
             message.type = WireType.MAP
             message.body.map = list(encode_map_piece(request))
+        case Ask(what, first, count):
+            message.type = WireType.ASK
+            message.body.ask = (what, first, count)
+        case AskTiles(tiles):
+            message.type = WireType.TILES
+            message.body.tiles = (len(tiles), list(tiles))
     return pack(message)
 
 
@@ -111,7 +122,19 @@ def _to_model(message: CData) -> AppMessage | None:
             return _event(body.event)
         case WireType.HEARTBEAT:
             beat = body.heartbeat
-            return Beat(beat.sequence, beat.time_ms, MissionState(beat.state))
+            return Beat(
+                beat.sequence,
+                beat.time_ms,
+                MissionState(beat.state),
+                beat.path_revision,
+                beat.path_total,
+                beat.next_event,
+                beat.next_record,
+            )
+        case WireType.HISTORY:
+            history = body.history
+            records = tuple(_record(history.records[i]) for i in range(history.count))
+            return History(history.first, records)
         case _:
             return None
 
@@ -136,6 +159,16 @@ def _route_piece(path: CData) -> RoutePiece | None:
     return RoutePiece(path.revision, path.first, path.total, points)
 
 
+def _record(record: CData) -> Record:
+    return Record(
+        record.time_ms,
+        RecordKind(record.kind),
+        record.x_mm / 1000,
+        record.y_mm / 1000,
+        record.yaw_1e4_rad / 10_000,
+    )
+
+
 def _event(event: CData) -> Event:
     code = EventCode(event.code)
     if code is EventCode.STATE:
@@ -151,24 +184,37 @@ def _point(vector: CData) -> Point:
 
 def encode_map_piece(piece: MapPiece) -> bytes:
     """Bytes of one tile, with as many of its points as there is room for."""
-    points = piece.points[:MAP_POINTS]
-    c = ffi.new("wire_map_piece_t *", (piece.tile, piece.epoch, list(piece.states), len(points)))
-    for i, (cell, eighths) in enumerate(points):
-        c.point_cell[i], c.point_eighths[i] = cell, eighths
-    data = ffi.new("uint8_t[]", MAP_BYTES)
-    lib.wire_map_encode(c, data)
-    return bytes(ffi.buffer(data))
+    eighths = bytearray([NO_POINT]) * len(piece.states)
+    for cell, place in piece.points:
+        eighths[cell] = place
+    tile = ffi.new("wire_tile_t *", {"tile": piece.tile, "states": list(piece.states)})
+    tile.eighths = list(eighths)
+    wire = ffi.new("wire_map_t *")
+    lib.wire_map_begin(wire, piece.tile, piece.epoch)
+    lib.wire_map_add(wire, tile)
+    lib.wire_map_end(wire)
+    return bytes(ffi.buffer(wire.bytes))
 
 
-def decode_map_piece(data: bytes) -> MapPiece | None:
-    """One tile of the map stream, or None if its check does not match."""
-    if len(data) != MAP_BYTES:
-        return None
-    piece = ffi.new("wire_map_piece_t *")
-    if not lib.wire_map_decode(ffi.from_buffer("uint8_t[]", data), piece):
-        return None
-    points = tuple(
-        (piece.point_cell[i], piece.point_eighths[i])
-        for i in range(min(piece.point_count, MAP_POINTS))
+def is_map_piece(data: bytes) -> bool:
+    """Its check matches."""
+    wire, epoch = ffi.new("wire_map_t *"), ffi.new("uint8_t *")
+    return len(data) == MAP_BYTES and bool(
+        lib.wire_map_open(wire, ffi.from_buffer("uint8_t[]", data), epoch)
     )
-    return MapPiece(piece.tile, piece.epoch, bytes(ffi.buffer(piece.states)), points)
+
+
+def decode_map_piece(data: bytes) -> list[MapPiece]:
+    """The tiles of one piece of the map stream; none if its check does not match."""
+    if len(data) != MAP_BYTES:
+        return []
+    wire, epoch, tile = (ffi.new(f"{kind} *") for kind in ("wire_map_t", "uint8_t", "wire_tile_t"))
+    if not lib.wire_map_open(wire, ffi.from_buffer("uint8_t[]", data), epoch):
+        return []
+    tiles = []
+    while lib.wire_map_read(wire, tile):
+        eighths = bytes(ffi.buffer(tile.eighths))
+        points = tuple((i, place) for i, place in enumerate(eighths) if place != NO_POINT)
+        states = bytes(ffi.buffer(tile.states))
+        tiles.append(MapPiece(tile.tile, epoch[0], states, points, bool(tile.whole)))
+    return tiles

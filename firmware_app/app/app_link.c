@@ -10,15 +10,28 @@
 #include "app_status.h"
 #include "app_text.h"
 #include "crtp.h"
+#include "history.h"
 #include "task.h"
 
 #define DEBUG_MODULE "WAYFLIE"
 #include "debug.h"
 
-enum { RECEIVE_MAX = 10 }; ///< the firmware's queue holds no more
+enum {
+  RECEIVE_MAX = 10, ///< the firmware's queue holds no more
+  ACKS = 8,
+  BEAT_SILENT_MS = 1500, ///< a ground that beats does so twice a second
+};
 
-static wire_ack_t last_ack;
-static bool any_command;
+static wire_ack_t acks[ACKS]; ///< of the last commands; cmd 0: none
+static uint8_t next_ack;
+
+static history_t history;
+static uint16_t next_record; ///< to be sent
+static uint16_t again_event, again_record;
+static uint8_t events_again, records_again; ///< so many from there on, asked for
+
+static uint32_t beat_ms;
+static bool beats; ///< in this flight
 
 static bool hello_due;
 static uint8_t hello_epoch;
@@ -39,15 +52,26 @@ static bool send(const wire_message_t *message) {
   return sent;
 }
 
-/** A repeated sequence number acts once and is acknowledged again. */
+static const wire_ack_t *past_ack(const wire_command_t *command) {
+  for (int i = 0; i < ACKS; i++) {
+    if (acks[i].sequence == command->sequence && acks[i].cmd == command->cmd) {
+      return &acks[i];
+    }
+  }
+  return NULL;
+}
+
+/** A repeated command acts once, also if others came between; it is acknowledged again. */
 static void on_command(nav_t *nav, const wire_command_t *command) {
-  if (!any_command || command->sequence != last_ack.sequence) {
+  const wire_ack_t *ack = command->cmd != MISSION_CMD_NONE ? past_ack(command) : NULL;
+  if (ack == NULL) {
     const nav_command_t order = {(mission_cmd_t)command->cmd, command->goal_m};
     const mission_reason_t reason = app_command(nav, &order);
-    last_ack = (wire_ack_t){command->sequence, command->cmd, (uint8_t)reason};
-    any_command = true;
+    acks[next_ack] = (wire_ack_t){command->sequence, command->cmd, (uint8_t)reason};
+    ack = &acks[next_ack];
+    next_ack = (uint8_t)((next_ack + 1) % ACKS);
   }
-  send(&(wire_message_t){.type = WIRE_ACK, .body.ack = last_ack});
+  send(&(wire_message_t){.type = WIRE_ACK, .body.ack = *ack});
 }
 
 static void on_waypoints(nav_t *nav, const wire_waypoints_t *waypoints) {
@@ -59,7 +83,13 @@ static void on_waypoints(nav_t *nav, const wire_waypoints_t *waypoints) {
 
 static void on_heartbeat(const nav_t *nav, const wire_heartbeat_t *heartbeat) {
   wire_message_t answer = {.type = WIRE_HEARTBEAT, .body.heartbeat = *heartbeat};
-  answer.body.heartbeat.time_ms = T2M(xTaskGetTickCount());
+  beat_ms = T2M(xTaskGetTickCount());
+  beats = true;
+  answer.body.heartbeat.time_ms = beat_ms;
+  answer.body.heartbeat.next_event = (uint16_t)(nav->event_sequence - nav->event_count);
+  answer.body.heartbeat.next_record = next_record;
+  answer.body.heartbeat.path_revision = path_revision;
+  answer.body.heartbeat.path_total = path_total;
   answer.body.heartbeat.state = app_selftest_running() ? MISSION_IDLE : nav->status.state;
   send(&answer);
 }
@@ -67,6 +97,21 @@ static void on_heartbeat(const nav_t *nav, const wire_heartbeat_t *heartbeat) {
 static void send_route_again(void) {
   path_due = true;
   path_next = 0;
+}
+
+static bool on_ask(const wire_ask_t *ask) {
+  if (ask->what == WIRE_PATH) {
+    send_route_again();
+  } else if (ask->what == WIRE_EVENT) {
+    again_event = ask->first;
+    events_again = ask->count < NAV_EVENTS ? ask->count : (uint8_t)NAV_EVENTS;
+  } else if (ask->what == WIRE_HISTORY) {
+    again_record = ask->first;
+    records_again = ask->count < HISTORY_RECORDS ? ask->count : (uint8_t)HISTORY_RECORDS;
+  } else {
+    return false;
+  }
+  return true;
 }
 
 /** @return false if the drone does not take such a message */
@@ -91,9 +136,15 @@ static bool on_message(nav_t *nav, const wire_message_t *message) {
     return true;
   case WIRE_MAP:
     return !app_selftest_running() && nav_take_map_piece(nav, message->body.map);
+  case WIRE_ASK:
+    return on_ask(&message->body.ask);
+  case WIRE_TILES:
+    nav_resend_tiles(nav, &message->body.tiles);
+    return true;
   case WIRE_ACK:
   case WIRE_PATH:
   case WIRE_EVENT:
+  case WIRE_HISTORY:
     break;
   }
   return false;
@@ -174,11 +225,47 @@ static void send_event(nav_t *nav, bool connected) {
   }
 }
 
+static void send_event_again(const nav_t *nav) {
+  wire_message_t message = {.type = WIRE_EVENT};
+  if (events_again > 0 &&
+      (!nav_past_event(nav, again_event, &message.body.event) || send(&message))) {
+    again_event++;
+    events_again--;
+  }
+}
+
+/** What is asked for goes before what is new: the ground waits with the rest. */
+static void send_history(void) {
+  wire_message_t message = {.type = WIRE_HISTORY};
+  const bool again = records_again > 0;
+  const uint16_t from = again ? again_record : next_record;
+  if (!history_get(&history, from, &message.body.history)) {
+    records_again = 0;
+  } else if (send(&message)) {
+    const uint16_t next = (uint16_t)(message.body.history.first + message.body.history.count);
+    const uint16_t told = (uint16_t)(next - from);
+    if (again) {
+      again_record = next;
+      records_again = (uint8_t)(told < records_again ? records_again - told : 0);
+    } else {
+      next_record = next;
+    }
+  }
+}
+
+bool app_link_ground_alive(void) {
+  return crtpIsConnected() && (!beats || T2M(xTaskGetTickCount()) - beat_ms < BEAT_SILENT_MS);
+}
+
 void app_link_send(nav_t *nav) {
   const bool connected = crtpIsConnected();
+  beats = beats && mission_airborne(nav->mission.state);
+  history_step(&history, nav);
   send_event(nav, connected);
   if (connected) {
     send_hello(nav);
     send_route(&nav->route);
+    send_event_again(nav);
+    send_history();
   }
 }

@@ -6,48 +6,55 @@
 
 #include "log.h"
 
-enum {
-  RING_PIECES = 8,
-  REFILL_PIECES = 2, ///< a call: as many as the fastest log block takes in 20 ms
-};
+enum { RING_PIECES = 4, VARIABLES = 7 };
 
 static uint8_t ring[RING_PIECES][WIRE_MAP_BYTES];
 static _Atomic uint8_t written; ///< pieces ever; only the app's loop changes it
 static _Atomic uint8_t taken;   ///< pieces ever; only the getters change it
+static uint8_t taken_before;    ///< at the last refill
 
 static uint8_t current[WIRE_MAP_BYTES];
 static uint32_t current_ms;
-static bool any;
+static uint8_t sampled = (1u << VARIABLES) - 1u; ///< variables of the current piece that were sampled
 
 _Static_assert(256 % RING_PIECES == 0, "the counters wrap with the ring");
 
+/** One piece more than were taken since the last call waits: with a slow log block a piece is never
+ *  older than its period. */
 void app_map_refill(nav_t *nav) {
-  for (int i = 0; i < REFILL_PIECES && (uint8_t)(written - taken) < RING_PIECES; i++) {
+  const uint8_t now = taken;
+  const int wanted = (uint8_t)(now - taken_before) + 1;
+  taken_before = now;
+  while ((uint8_t)(written - taken) < (wanted < RING_PIECES ? wanted : RING_PIECES)) {
     nav_next_map_piece(nav, ring[written % RING_PIECES]);
     written++;
   }
 }
 
-/** All variables of one sample have the same time stamp: a new one takes the next piece. If none is
- *  ready the last one is sent again. */
-static const uint8_t *piece_at(uint32_t timestamp) {
-  if ((!any || timestamp != current_ms) && written != taken) {
+/** All variables of one sample have the same time stamp. A variable that was sampled before from
+ *  this piece asks for the next one: so a piece stays whole although its variables are spread over
+ *  log blocks, which are sampled one after the other. If none is ready the last one is told again.
+ */
+static const uint8_t *piece_at(uint32_t timestamp, unsigned byte) {
+  const uint8_t variable = (uint8_t)(1u << byte / 4u);
+  if ((sampled & variable) != 0 && timestamp != current_ms && written != taken) {
     memcpy(current, ring[taken % RING_PIECES], sizeof current);
     taken++;
     current_ms = timestamp;
-    any = true;
+    sampled = 0;
   }
-  return current;
+  sampled |= variable;
+  return current + byte;
 }
 
 /** The getters carry their offset in the piece in place of a pointer. */
 static uint32_t word32(uint32_t timestamp, void *offset) {
-  const uint8_t *byte = piece_at(timestamp) + (uintptr_t)offset;
+  const uint8_t *byte = piece_at(timestamp, (unsigned)(uintptr_t)offset);
   return byte[0] | (uint32_t)byte[1] << 8 | (uint32_t)byte[2] << 16 | (uint32_t)byte[3] << 24;
 }
 
 static uint16_t word16(uint32_t timestamp, void *offset) {
-  const uint8_t *byte = piece_at(timestamp) + (uintptr_t)offset;
+  const uint8_t *byte = piece_at(timestamp, (unsigned)(uintptr_t)offset);
   return (uint16_t)(byte[0] | byte[1] << 8);
 }
 
@@ -61,8 +68,8 @@ static logByFunction_t m6 = {.acquireUInt16 = word16, .data = (void *)24};
 
 /**
  * The map as a stream of pieces. All seven variables belong into one log block: each sample of the
- * block carries the next piece, 26 bytes in the order m0 to m6, least significant byte first. See
- * core/wire.h for what is in a piece.
+ * block carries the next piece, 26 bytes in the order m0 to m6, least significant byte first.
+ * Blocks of one period that share them tell one piece too; see core/wire.h for what is in it.
  */
 LOG_GROUP_START(waymap)
 /**

@@ -2,8 +2,8 @@
 #include "app_sensors.h"
 
 #include "FreeRTOS.h"
+#include "app_link.h"
 #include "app_positioning.h"
-#include "crtp.h"
 #include "log.h"
 #include "param.h"
 #include "supervisor.h"
@@ -137,7 +137,7 @@ static uint8_t read_flags(uint32_t time_ms) {
   flags |= supervisorIsFlying() ? NAV_IS_FLYING : 0;
   flags |= supervisorIsTumbled() ? NAV_TUMBLED : 0;
   flags |= sees_floor() ? 0 : NAV_FLOW_LOST;
-  flags |= crtpIsConnected() ? NAV_LINK_ALIVE : 0;
+  flags |= app_link_ground_alive() ? NAV_LINK_ALIVE : 0;
   return flags & (uint8_t)~missing;
 }
 

@@ -6,7 +6,8 @@
 
 enum {
   SWEEP_EVERY = 4,
-  ROTATION_STEP = 13,
+  DICE_FACTOR = 25173, ///< of a linear congruential generator: the lowest two bits count to 4
+  DICE_STEP = 13849,
   TAKEN_FREE = 4, ///< value of a cell that a piece calls free
   TAKEN_OCCUPIED = 11,
   EIGHTHS = 8, ///< of a cell
@@ -27,17 +28,11 @@ static int changed_tile(const mapstream_t *stream, const grid_t *grid) {
   return -1;
 }
 
-static int choose_tile(mapstream_t *stream, const grid_t *grid) {
-  stream->turn = (uint8_t)((stream->turn + 1u) % SWEEP_EVERY);
-  int tile = stream->turn != 0u ? changed_tile(stream, grid) : -1;
-  if (tile < 0) {
-    // A sweep is as long as the counter: without this step a tile would meet the same rotation
-    // again.
-    stream->rotation = (uint8_t)(stream->rotation + (stream->sweep == 0u ? ROTATION_STEP : 0u));
-    return stream->sweep++;
-  }
-  stream->cursor = (uint8_t)tile;
-  return tile;
+static int choose_tile(mapstream_t *stream, const grid_t *grid, bool *sweeps) {
+  stream->dice = (uint16_t)(stream->dice * DICE_FACTOR + DICE_STEP);
+  int tile = stream->dice % SWEEP_EVERY != 0u ? changed_tile(stream, grid) : -1;
+  *sweeps = tile < 0;
+  return *sweeps ? stream->sweep : tile;
 }
 
 static grid_cell_t cell_of(int tile, int index) {
@@ -46,29 +41,35 @@ static grid_cell_t cell_of(int tile, int index) {
       tile / GRID_TILES_PER_ROW * GRID_TILE_SIDE_CELLS + index / GRID_TILE_SIDE_CELLS};
 }
 
-/** Cells and points of a tile. Where points are more than fit, each piece begins with another one.
- */
-static void fill(const mapstream_t *stream, const grid_t *grid, wire_map_piece_t *piece) {
+static void fill(const grid_t *grid, wire_tile_t *tile) {
   for (int i = 0; i < WIRE_MAP_CELLS; i++) {
-    int cell = (i + stream->rotation) % WIRE_MAP_CELLS;
-    grid_cell_t at = cell_of(piece->tile, cell);
-    piece->states[cell] = (uint8_t)grid_state(grid, at.ix, at.iy);
-    int eighths = grid_point_eighths(grid, at.ix, at.iy);
-    if (eighths >= 0 && piece->point_count < WIRE_MAP_POINTS) {
-      piece->point_cell[piece->point_count] = (uint8_t)cell;
-      piece->point_eighths[piece->point_count] = (uint8_t)eighths;
-      piece->point_count++;
-    }
+    grid_cell_t at = cell_of(tile->tile, i);
+    tile->states[i] = (uint8_t)grid_state(grid, at.ix, at.iy);
+    int eighths =
+        tile->states[i] == GRID_CELL_OCCUPIED ? grid_point_eighths(grid, at.ix, at.iy) : -1;
+    tile->eighths[i] = (uint8_t)(eighths < 0 ? WIRE_NO_POINT : eighths);
   }
 }
 
 void mapstream_next(mapstream_t *stream, grid_t *grid, uint8_t epoch, uint8_t *bytes) {
-  int tile = choose_tile(stream, grid);
-  wire_map_piece_t piece = {.tile = (uint8_t)tile, .epoch = epoch};
-  stream->rotation = (uint8_t)(stream->rotation + ROTATION_STEP);
-  fill(stream, grid, &piece);
-  grid->changed_tiles[tile / 32] &= ~(1u << (tile % 32));
-  wire_map_encode(&piece, bytes);
+  bool sweeps;
+  wire_map_t map;
+  wire_tile_t tile;
+  tile.tile = (uint8_t)choose_tile(stream, grid, &sweeps);
+  tile.first_point = (uint8_t)(stream->dice >> 8);
+  wire_map_begin(&map, tile.tile, epoch);
+  for (fill(grid, &tile); wire_map_add(&map, &tile); fill(grid, &tile)) {
+    grid->changed_tiles[tile.tile / 32] &= ~(1u << (tile.tile % 32));
+    tile.tile++;
+  }
+  wire_map_end(&map);
+  if (sweeps) {
+    bool again = stream->sweep == 0u && stream->dice >= 0x8000u;
+    stream->sweep = again ? 0u : tile.tile;
+  } else {
+    stream->cursor = (uint8_t)(tile.tile - 1u);
+  }
+  memcpy(bytes, map.bytes, WIRE_MAP_BYTES);
 }
 
 static float middle_of(int eighth) {
@@ -84,20 +85,28 @@ static void take_point(grid_t *grid, grid_cell_t cell, int eighths) {
   }
 }
 
-bool mapstream_take(grid_t *grid, uint8_t epoch, const uint8_t *bytes) {
+static void take_tile(grid_t *grid, const wire_tile_t *tile) {
   static const int values[] = {GRID_UNKNOWN, TAKEN_FREE, TAKEN_OCCUPIED};
-  wire_map_piece_t piece;
-  if (!wire_map_decode(bytes, &piece) || piece.epoch != epoch) {
-    return false;
-  }
   for (int i = 0; i < WIRE_MAP_CELLS; i++) {
-    grid_cell_t cell = cell_of(piece.tile, i);
-    if (grid_state(grid, cell.ix, cell.iy) != piece.states[i]) {
-      grid_set_value(grid, cell.ix, cell.iy, values[piece.states[i]]);
+    grid_cell_t cell = cell_of(tile->tile, i);
+    if (grid_state(grid, cell.ix, cell.iy) != tile->states[i]) {
+      grid_set_value(grid, cell.ix, cell.iy, values[tile->states[i]]);
+    }
+    if (tile->eighths[i] != WIRE_NO_POINT) {
+      take_point(grid, cell, tile->eighths[i]);
     }
   }
-  for (int i = 0; i < piece.point_count; i++) {
-    take_point(grid, cell_of(piece.tile, piece.point_cell[i]), piece.point_eighths[i]);
+}
+
+bool mapstream_take(grid_t *grid, uint8_t epoch, const uint8_t *bytes) {
+  wire_map_t map;
+  wire_tile_t tile;
+  uint8_t told;
+  if (!wire_map_open(&map, bytes, &told) || told != epoch) {
+    return false;
+  }
+  while (wire_map_read(&map, &tile)) {
+    take_tile(grid, &tile);
   }
   return true;
 }

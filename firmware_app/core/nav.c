@@ -193,6 +193,12 @@ bool nav_take_event(nav_t *nav, wire_event_t *event) {
   return true;
 }
 
+bool nav_past_event(const nav_t *nav, uint16_t sequence, wire_event_t *event) {
+  uint16_t ago = (uint16_t)(nav->event_sequence - 1u - sequence);
+  *event = nav->events[sequence % NAV_EVENTS]; // they are put there in turn, from 0 on
+  return ago < NAV_EVENTS && event->sequence == sequence && event->code != 0;
+}
+
 wire_hello_t nav_hello(const nav_t *nav) {
   return (wire_hello_t){
       .request = 0,
@@ -210,4 +216,10 @@ void nav_next_map_piece(nav_t *nav, uint8_t *bytes) {
 
 void nav_resend_map(nav_t *nav) {
   memset(nav->grid.changed_tiles, 0xFF, sizeof nav->grid.changed_tiles);
+}
+
+void nav_resend_tiles(nav_t *nav, const wire_tiles_t *tiles) {
+  for (int i = 0; i < tiles->count; i++) {
+    nav->grid.changed_tiles[tiles->tiles[i] / 32] |= 1u << (tiles->tiles[i] % 32);
+  }
 }

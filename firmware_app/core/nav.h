@@ -287,6 +287,8 @@ nav_source_t nav_source(const nav_t *nav);
 /** Oldest event not taken yet; false if there is none. When more than NAV_EVENTS wait the oldest
  * are lost, and a gap in the sequence numbers says so. */
 bool nav_take_event(nav_t *nav, wire_event_t *event);
+/** One of the last NAV_EVENTS again, waiting or taken; false if it is forgotten, or yet to come. */
+bool nav_past_event(const nav_t *nav, uint16_t sequence, wire_event_t *event);
 /** What the ground must know before it can read the map. */
 wire_hello_t nav_hello(const nav_t *nav);
 /** The next WIRE_MAP_BYTES of the map stream. */
@@ -296,5 +298,7 @@ void nav_next_map_piece(nav_t *nav, uint8_t *bytes);
 bool nav_take_map_piece(nav_t *nav, const uint8_t *bytes);
 /** Let every tile count as changed. */
 void nav_resend_map(nav_t *nav);
+/** Let these. */
+void nav_resend_tiles(nav_t *nav, const wire_tiles_t *tiles);
 
 #endif

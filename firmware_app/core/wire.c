@@ -8,7 +8,7 @@
 static const float MILLIMETRES = 1000.0f;
 static const float MILLIMETRES_MAX = 32767.0f;
 
-enum { HEADER_BYTES = 2 };
+enum { HEADER_BYTES = 2, RECORD_BYTES = 11 };
 
 static uint8_t *put_u8(uint8_t *p, uint8_t value) {
   *p = value;
@@ -97,6 +97,39 @@ static uint8_t *put_waypoints(uint8_t *p, const wire_waypoints_t *waypoints) {
   return p;
 }
 
+static uint8_t *put_heartbeat(uint8_t *p, const wire_heartbeat_t *beat) {
+  p = put_u16(p, beat->sequence);
+  p = put_u32(p, beat->time_ms);
+  p = put_u8(p, beat->state);
+  p = put_u8(p, beat->path_revision);
+  p = put_u8(p, beat->path_total);
+  p = put_u16(p, beat->next_event);
+  return put_u16(p, beat->next_record);
+}
+
+static uint8_t *put_history(uint8_t *p, const wire_history_t *history) {
+  uint8_t count =
+      history->count < WIRE_RECORDS_A_PACKET ? history->count : (uint8_t)WIRE_RECORDS_A_PACKET;
+  p = put_u16(p, history->first);
+  p = put_u8(p, count);
+  for (int i = 0; i < count; i++) {
+    const wire_record_t *record = &history->records[i];
+    p = put_u32(p, record->time_ms);
+    p = put_u16(p, (uint16_t)record->x_mm);
+    p = put_u16(p, (uint16_t)record->y_mm);
+    p = put_u16(p, (uint16_t)record->yaw_1e4_rad);
+    p = put_u8(p, record->kind);
+  }
+  return p;
+}
+
+static uint8_t *put_tiles(uint8_t *p, const wire_tiles_t *tiles) {
+  uint8_t count = tiles->count < WIRE_TILES_A_PACKET ? tiles->count : (uint8_t)WIRE_TILES_A_PACKET;
+  p = put_u8(p, count);
+  memcpy(p, tiles->tiles, count);
+  return p + count;
+}
+
 int wire_encode(const wire_message_t *message, uint8_t *packet) {
   uint8_t *p = put_u8(packet, WIRE_VERSION);
   p = put_u8(p, message->type);
@@ -133,9 +166,18 @@ int wire_encode(const wire_message_t *message, uint8_t *packet) {
     p = put_vec2(p, message->body.event.place_m);
     break;
   case WIRE_HEARTBEAT:
-    p = put_u16(p, message->body.heartbeat.sequence);
-    p = put_u32(p, message->body.heartbeat.time_ms);
-    p = put_u8(p, message->body.heartbeat.state);
+    p = put_heartbeat(p, &message->body.heartbeat);
+    break;
+  case WIRE_HISTORY:
+    p = put_history(p, &message->body.history);
+    break;
+  case WIRE_ASK:
+    p = put_u8(p, message->body.ask.what);
+    p = put_u16(p, message->body.ask.first);
+    p = put_u8(p, message->body.ask.count);
+    break;
+  case WIRE_TILES:
+    p = put_tiles(p, &message->body.tiles);
     break;
   case WIRE_SNAPSHOT:
     break;
@@ -166,7 +208,13 @@ static int length_of(const uint8_t *packet, int length) {
   case WIRE_EVENT:
     return HEADER_BYTES + 16;
   case WIRE_HEARTBEAT:
-    return HEADER_BYTES + 7;
+    return HEADER_BYTES + 13;
+  case WIRE_HISTORY:
+    return HEADER_BYTES + 3 + (length > 4 ? RECORD_BYTES * packet[4] : 0);
+  case WIRE_ASK:
+    return HEADER_BYTES + 4;
+  case WIRE_TILES:
+    return HEADER_BYTES + 1 + (length > 2 ? packet[2] : 0);
   case WIRE_SNAPSHOT:
     return HEADER_BYTES;
   case WIRE_MAP:
@@ -195,6 +243,16 @@ static void get_waypoints(const uint8_t *p, wire_waypoints_t *waypoints) {
   for (int i = 0; i < waypoints->count; i++) {
     waypoints->points_mm[i][0] = get_i16(p + 6 + 4 * i);
     waypoints->points_mm[i][1] = get_i16(p + 8 + 4 * i);
+  }
+}
+
+static void get_history(const uint8_t *p, wire_history_t *history) {
+  history->first = get_u16(p);
+  history->count = p[2];
+  p += 3;
+  for (int i = 0; i < history->count; i++, p += RECORD_BYTES) {
+    history->records[i] =
+        (wire_record_t){get_u32(p), get_i16(p + 4), get_i16(p + 6), get_i16(p + 8), p[10]};
   }
 }
 
@@ -239,7 +297,18 @@ wire_status_t wire_decode(const uint8_t *packet, int length, wire_message_t *mes
     message->body.event = (wire_event_t){get_u16(p), get_u32(p + 2), p[6], p[7], get_vec2(p + 8)};
     break;
   case WIRE_HEARTBEAT:
-    message->body.heartbeat = (wire_heartbeat_t){get_u16(p), get_u32(p + 2), p[6]};
+    message->body.heartbeat = (wire_heartbeat_t){get_u16(p), get_u32(p + 2), p[6],           p[7],
+                                                 p[8],       get_u16(p + 9), get_u16(p + 11)};
+    break;
+  case WIRE_HISTORY:
+    get_history(p, &message->body.history);
+    break;
+  case WIRE_ASK:
+    message->body.ask = (wire_ask_t){p[0], get_u16(p + 1), p[3]};
+    break;
+  case WIRE_TILES:
+    message->body.tiles.count = p[0];
+    memcpy(message->body.tiles.tiles, p + 1, p[0]);
     break;
   case WIRE_MAP:
     memcpy(message->body.map, p, WIRE_MAP_BYTES);

@@ -12,14 +12,16 @@
 #include "geometry.h"
 
 enum {
-  WIRE_VERSION = 1,
+  WIRE_VERSION = 2,
   WIRE_PACKET_BYTES = 30,
   WIRE_PATH_POINTS = 6, ///< in one PATH packet
   WIRE_WAYPOINTS_A_PACKET = 5,
   WIRE_MAP_BYTES = 26, ///< 6 x uint32 + 1 x uint16: one log block
-  WIRE_MAP_POINTS = 5, ///< obstacle points in one piece
   WIRE_MAP_CELLS = 64, ///< 8 x 8, the grid's tile
   WIRE_MAP_EPOCHS = 4,
+  WIRE_NO_POINT = 255,
+  WIRE_RECORDS_A_PACKET = 2,
+  WIRE_TILES_A_PACKET = 27,
 };
 
 typedef enum {
@@ -32,6 +34,9 @@ typedef enum {
   WIRE_SNAPSHOT = 7,  ///< ground: send hello, path and the whole map again
   WIRE_MAP = 8,       ///< ground: a piece of a map that it has kept, as the drone sent it
   WIRE_WAYPOINTS = 9, ///< ground: wire_waypoints_t, acknowledged
+  WIRE_HISTORY = 10,  ///< drone: wire_history_t
+  WIRE_ASK = 11,      ///< ground: wire_ask_t, for what was lost
+  WIRE_TILES = 12,    ///< ground: wire_tiles_t, tiles that it has not heard for long
 } wire_type_t;
 
 typedef enum { WIRE_OK, WIRE_SHORT, WIRE_LONG, WIRE_BAD_VERSION, WIRE_BAD_TYPE } wire_status_t;
@@ -104,11 +109,51 @@ typedef struct {
   vec2_t place_m;
 } wire_event_t;
 
+/** All but the sequence counts in the answer only: what the drone has to tell, so that the ground
+ * knows what it has missed. */
 typedef struct {
   uint16_t sequence;
-  uint32_t time_ms; ///< the drone's clock, in the answer
-  uint8_t state;    ///< mission_state_t, in the answer
+  uint32_t time_ms;      ///< the drone's clock
+  uint8_t state;         ///< mission_state_t
+  uint8_t path_revision; ///< of the present route
+  uint8_t path_total;    ///< its points
+  uint16_t next_event;   ///< sequence of the event that comes next
+  uint16_t next_record;  ///< likewise of the history
 } wire_heartbeat_t;
+
+typedef enum {
+  WIRE_RECORD_POSE,    ///< here the drone was
+  WIRE_RECORD_MATCHED, ///< what it drifted since the correction before is taken back
+  WIRE_RECORD_LOST,    ///< from here on it did not know where it was
+  WIRE_RECORD_FOUND,   ///< and now it does
+} wire_record_kind_t;
+
+/** A pose in the map; or, of a correction, the turn about the map's origin and the shift behind it
+ * that take the pose as it was believed to what is believed now. */
+typedef struct {
+  uint32_t time_ms;
+  int16_t x_mm;
+  int16_t y_mm;
+  int16_t yaw_1e4_rad; ///< a ten-thousandth of a radian
+  uint8_t kind;        ///< wire_record_kind_t
+} wire_record_t;
+
+typedef struct {
+  uint16_t first; ///< sequence of the first record here
+  uint8_t count;
+  wire_record_t records[WIRE_RECORDS_A_PACKET];
+} wire_history_t;
+
+typedef struct {
+  uint8_t what;   ///< WIRE_PATH, WIRE_EVENT or WIRE_HISTORY
+  uint16_t first; ///< sequence of the first that is missing
+  uint8_t count;
+} wire_ask_t;
+
+typedef struct {
+  uint8_t count;
+  uint8_t tiles[WIRE_TILES_A_PACKET];
+} wire_tiles_t;
 
 typedef struct {
   uint8_t type; ///< wire_type_t: says which member is meant
@@ -120,31 +165,52 @@ typedef struct {
     wire_waypoints_t waypoints;
     wire_event_t event;
     wire_heartbeat_t heartbeat;
+    wire_history_t history;
+    wire_ask_t ask;
+    wire_tiles_t tiles;
     uint8_t map[WIRE_MAP_BYTES];
   } body;
 } wire_message_t;
 
-/** One tile of the map. Bytes: cells two bits each (16), then a 64-bit word: point count in the low
- * 4 bits and 12 bits a point (cell, eighths), then a 16-bit word: tile, epoch (2 bits) and a check
- * of 6 bits over all the rest, so that variables of two log packets put together by mistake are
- * noticed. */
+/** One tile of the map. */
 typedef struct {
-  uint8_t tile; ///< row-major from the grid's origin, GRID_TILES_PER_ROW a row
-  uint8_t epoch;
-  uint8_t states[WIRE_MAP_CELLS]; ///< grid_state_t, row-major from the tile's origin
-  uint8_t point_count;
-  uint8_t point_cell[WIRE_MAP_POINTS];    ///< index into states
-  uint8_t point_eighths[WIRE_MAP_POINTS]; ///< place in the cell, x in bits 0-2, y in bits 3-5
-} wire_map_piece_t;
+  uint8_t tile;                    ///< row-major from the grid's origin, GRID_TILES_PER_ROW a row
+  uint8_t first_point;             ///< where not all points fit: told from this cell on
+  bool whole;                      ///< read: these are all its points
+  uint8_t states[WIRE_MAP_CELLS];  ///< grid_state_t, row-major from the tile's origin
+  uint8_t eighths[WIRE_MAP_CELLS]; ///< a cell's obstacle point: x in bits 0-2, y in bits 3-5, or
+                                   ///< WIRE_NO_POINT
+} wire_tile_t;
+
+/** A piece: the number of its first tile, a 16-bit word of epoch (2 bits) and a check over all the
+ * rest, then tiles in a row, bit after bit, as many as fit; see wire_map.c. The check notices
+ * variables of two log packets put together by mistake. */
+typedef struct {
+  uint8_t bytes[WIRE_MAP_BYTES];
+  uint8_t bit;      ///< of the payload, the next one
+  uint8_t run_bit;  ///< where the length of the present run of equal tiles stands
+  uint8_t run;      ///< tiles in it, 0: there is none
+  uint8_t run_kind; ///< grid_state_t
+  uint8_t tile;     ///< the next one
+  bool full;
+} wire_map_t;
 
 /** @param packet WIRE_PACKET_BYTES long. @return bytes used; 0 if the type is unknown */
 int wire_encode(const wire_message_t *message, uint8_t *packet);
 /** Numbers are not judged here: a goal may be NaN. */
 wire_status_t wire_decode(const uint8_t *packet, int length, wire_message_t *message);
 
-/** @param bytes WIRE_MAP_BYTES long */
-void wire_map_encode(const wire_map_piece_t *piece, uint8_t *bytes);
-/** @return false if the check does not match or a field is impossible */
-bool wire_map_decode(const uint8_t *bytes, wire_map_piece_t *piece);
+/** Begin a piece; its tiles follow one another from this one on. */
+void wire_map_begin(wire_map_t *map, uint8_t tile, uint8_t epoch);
+/** Add the next tile: all of it, or, if it is the first, the cells and as many points as fit. Only
+ * occupied cells have points. @return false if it does not fit */
+bool wire_map_add(wire_map_t *map, const wire_tile_t *tile);
+/** The piece is complete in map->bytes. */
+void wire_map_end(wire_map_t *map);
+
+/** @param bytes WIRE_MAP_BYTES long. @return false if the check does not match */
+bool wire_map_open(wire_map_t *map, const uint8_t *bytes, uint8_t *epoch);
+/** The next tile of it. @return false if there is none, or nothing that can be read */
+bool wire_map_read(wire_map_t *map, wire_tile_t *tile);
 
 #endif

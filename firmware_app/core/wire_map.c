@@ -1,73 +1,296 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
+/* Pieces of the map. Payload, bit after bit, lowest first; each tile is one of
+ *   0, unknown; 1, free (2 bits): with its length less one (4 bits), a run of tiles all alike;
+ *   2 mixed (2 bits): dense (1 bit), cells, whole (1 bit), points;
+ *   3 (2 bits): the end, also where fewer bits are left.
+ * Cells are told by how they differ from what their neighbours to the west and south let expect,
+ * as in the median predictor of JPEG-LS (Weinberger, Seroussi, Sapiro 2000): a nibble says how many
+ * cells are as expected, 15 that so many are and nothing else; behind a smaller one a bit says
+ * which of the two other states follows. Where that takes more than 13 bytes they are dense: five
+ * cells a byte, to the base of 3. Points: of each occupied cell a bit, and six of its place if it
+ * has one; of all in order if whole, else from a cell (6 bits) on, round, until fewer than 7 bits
+ * are left. */
 #include <string.h>
 
 #include "wire.h"
 
 enum {
-  CELL_BYTES = WIRE_MAP_CELLS / 4,
-  POINT_BYTES = 8,
-  POINT_BITS = 12,
-  COUNT_BITS = 4,
+  TAG_WORD = 1, ///< where epoch and check stand
+  PAYLOAD = 3,
+  PAYLOAD_BITS = 8 * (WIRE_MAP_BYTES - PAYLOAD),
+  SIDE = 8,
   STATES = 3,
-  TAIL = CELL_BYTES + POINT_BYTES, ///< where tile, epoch and check stand
+  OCCUPIED = 2,
+  MIXED = 2,
+  END = 3,
+  KIND_BITS = 2,
+  RUN_BITS = 4,
+  RUN_MAX = 16,
+  GAP_BITS = 4,
+  GAP_MAX = 15,
+  CELL_BITS = 6,
+  POINT_BITS = 7, ///< with the bit that says that there is one
+  CELLS_A_BYTE = 5,
+  DENSE_BITS = 8 * 13,
 };
 
-/** Six bits over all bytes but the check itself (FNV-1a, folded). */
-static uint8_t check_of(const uint8_t *bytes) {
-  uint32_t hash = 2166136261u;
-  for (int i = 0; i < TAIL + 1; i++) {
+/** Fourteen bits over all bytes but the check itself (FNV-1a, folded). */
+static uint16_t check_of(const uint8_t *bytes) {
+  uint32_t hash = (2166136261u ^ (bytes[TAG_WORD] & (WIRE_MAP_EPOCHS - 1u))) * 16777619u;
+  hash = (hash ^ bytes[0]) * 16777619u;
+  for (int i = PAYLOAD; i < WIRE_MAP_BYTES; i++) {
     hash = (hash ^ bytes[i]) * 16777619u;
   }
-  hash = (hash ^ (bytes[TAIL + 1] & (WIRE_MAP_EPOCHS - 1u))) * 16777619u;
-  hash ^= hash >> 16;
-  return (uint8_t)((hash ^ hash >> 6) & 0x3Fu);
+  return (uint16_t)((hash ^ hash >> 14 ^ hash >> 28) & 0x3FFFu);
 }
 
-void wire_map_encode(const wire_map_piece_t *piece, uint8_t *bytes) {
-  memset(bytes, 0, WIRE_MAP_BYTES);
-  for (int i = 0; i < WIRE_MAP_CELLS; i++) {
-    bytes[i / 4] |= (uint8_t)((piece->states[i] & 3u) << (i % 4 * 2));
+static void put(wire_map_t *map, int bits, unsigned value) {
+  for (int i = 0; i < bits; i++, map->bit++) {
+    uint8_t mask = (uint8_t)(1u << map->bit % 8);
+    uint8_t *byte = &map->bytes[PAYLOAD + map->bit / 8];
+    *byte = (uint8_t)((value >> i & 1u) != 0u ? *byte | mask : *byte & ~mask);
   }
-  int count = piece->point_count < WIRE_MAP_POINTS ? piece->point_count : WIRE_MAP_POINTS;
-  uint64_t points = (uint64_t)count;
-  for (int i = 0; i < count; i++) {
-    uint64_t point = (piece->point_cell[i] & 63u) | (uint64_t)(piece->point_eighths[i] & 63u) << 6;
-    points |= point << (COUNT_BITS + POINT_BITS * i);
-  }
-  for (int i = 0; i < POINT_BYTES; i++) {
-    bytes[CELL_BYTES + i] = (uint8_t)(points >> (8 * i) & 0xFFu);
-  }
-  bytes[TAIL] = piece->tile;
-  bytes[TAIL + 1] = piece->epoch & (WIRE_MAP_EPOCHS - 1u);
-  bytes[TAIL + 1] |= (uint8_t)(check_of(bytes) << 2);
 }
 
-bool wire_map_decode(const uint8_t *bytes, wire_map_piece_t *piece) {
-  memset(piece, 0, sizeof *piece);
-  if (bytes[TAIL + 1] >> 2 != check_of(bytes)) {
-    return false;
+static int left(const wire_map_t *map) {
+  return PAYLOAD_BITS - map->bit;
+}
+
+/** Zeros behind the end. */
+static unsigned get(wire_map_t *map, int bits) {
+  unsigned value = 0;
+  for (int i = 0; i < bits && map->bit < PAYLOAD_BITS; i++, map->bit++) {
+    value |= (unsigned)(map->bytes[PAYLOAD + map->bit / 8] >> map->bit % 8 & 1u) << i;
   }
-  piece->tile = bytes[TAIL];
-  piece->epoch = bytes[TAIL + 1] & (WIRE_MAP_EPOCHS - 1u);
-  for (int i = 0; i < WIRE_MAP_CELLS; i++) {
-    piece->states[i] = bytes[i / 4] >> (i % 4 * 2) & 3u;
-    if (piece->states[i] >= STATES) {
-      return false;
+  return value;
+}
+
+/** The state that the cells before this one let expect. */
+static uint8_t expected(const uint8_t *states, int cell) {
+  if (cell % SIDE == 0) {
+    return cell == 0 ? 0 : states[cell - SIDE];
+  }
+  uint8_t west = states[cell - 1];
+  if (cell < SIDE) {
+    return west;
+  }
+  return states[cell - SIDE - 1] == west ? states[cell - SIDE] : west;
+}
+
+/** Bits of the cells told by what is not as expected. */
+static int sparse_bits(const uint8_t *states) {
+  int bits = 0;
+  int gap = 0;
+  for (int cell = 0; cell < WIRE_MAP_CELLS; cell++) {
+    bool other = states[cell] != expected(states, cell);
+    gap++;
+    if (other || gap == GAP_MAX) {
+      bits += GAP_BITS + (other ? 1 : 0);
+      gap = 0;
     }
   }
-  uint64_t points = 0;
-  for (int i = 0; i < POINT_BYTES; i++) {
-    points |= (uint64_t)bytes[CELL_BYTES + i] << (8 * i);
+  return bits + (gap > 0 ? GAP_BITS : 0);
+}
+
+static void put_sparse(wire_map_t *map, const uint8_t *states) {
+  unsigned gap = 0;
+  for (int cell = 0; cell < WIRE_MAP_CELLS; cell++) {
+    unsigned off = (STATES + (unsigned)states[cell] - expected(states, cell)) % STATES;
+    if (off != 0u) {
+      put(map, GAP_BITS, gap);
+      put(map, 1, off - 1u);
+      gap = 0;
+    } else if (++gap == GAP_MAX) {
+      put(map, GAP_BITS, gap);
+      gap = 0;
+    }
   }
-  piece->point_count = points & ((1u << COUNT_BITS) - 1u);
-  if (piece->point_count > WIRE_MAP_POINTS) {
+  if (gap > 0) {
+    put(map, GAP_BITS, GAP_MAX);
+  }
+}
+
+static void get_sparse(wire_map_t *map, uint8_t *states) {
+  for (int cell = 0; cell < WIRE_MAP_CELLS;) {
+    unsigned gap = get(map, GAP_BITS);
+    for (unsigned i = 0; i < gap && cell < WIRE_MAP_CELLS; i++, cell++) {
+      states[cell] = expected(states, cell);
+    }
+    if (gap < GAP_MAX && cell < WIRE_MAP_CELLS) {
+      states[cell] = (uint8_t)((expected(states, cell) + 1u + get(map, 1)) % STATES);
+      cell++;
+    }
+  }
+}
+
+static void put_dense(wire_map_t *map, const uint8_t *states) {
+  for (int first = 0; first < WIRE_MAP_CELLS; first += CELLS_A_BYTE) {
+    unsigned byte = 0;
+    for (int i = CELLS_A_BYTE - 1; i >= 0; i--) {
+      byte = STATES * byte + (first + i < WIRE_MAP_CELLS ? states[first + i] : 0u);
+    }
+    put(map, 8, byte);
+  }
+}
+
+static void get_dense(wire_map_t *map, uint8_t *states) {
+  unsigned byte = 0;
+  for (int cell = 0; cell < WIRE_MAP_CELLS; cell++, byte /= STATES) {
+    byte = cell % CELLS_A_BYTE == 0 ? get(map, 8) : byte;
+    states[cell] = (uint8_t)(byte % STATES);
+  }
+}
+
+static int point_bits(const wire_tile_t *tile) {
+  int bits = 0;
+  for (int cell = 0; cell < WIRE_MAP_CELLS; cell++) {
+    if (tile->states[cell] == OCCUPIED) {
+      bits += tile->eighths[cell] != WIRE_NO_POINT ? POINT_BITS : 1;
+    }
+  }
+  return bits;
+}
+
+static void put_points(wire_map_t *map, const wire_tile_t *tile, unsigned first, int reserve) {
+  for (unsigned i = 0; i < WIRE_MAP_CELLS && left(map) >= reserve; i++) {
+    unsigned cell = (first + i) % WIRE_MAP_CELLS;
+    if (tile->states[cell] == OCCUPIED) {
+      bool has = tile->eighths[cell] != WIRE_NO_POINT;
+      put(map, 1, has ? 1u : 0u);
+      put(map, has ? CELL_BITS : 0, tile->eighths[cell]);
+    }
+  }
+}
+
+static void get_points(wire_map_t *map, wire_tile_t *tile, unsigned first, int reserve) {
+  for (unsigned i = 0; i < WIRE_MAP_CELLS && left(map) >= reserve; i++) {
+    unsigned cell = (first + i) % WIRE_MAP_CELLS;
+    if (tile->states[cell] == OCCUPIED && get(map, 1) != 0u) {
+      tile->eighths[cell] = (uint8_t)get(map, CELL_BITS);
+    }
+  }
+}
+
+void wire_map_begin(wire_map_t *map, uint8_t tile, uint8_t epoch) {
+  memset(map, 0, sizeof *map);
+  map->bytes[0] = map->tile = tile;
+  map->bytes[TAG_WORD] = epoch & (WIRE_MAP_EPOCHS - 1u);
+}
+
+/** All cells unknown, or all free. */
+static bool uniform(const wire_tile_t *tile) {
+  return tile->states[0] < MIXED && memcmp(tile->states, tile->states + 1, WIRE_MAP_CELLS - 1) == 0;
+}
+
+static bool add_to_run(wire_map_t *map, uint8_t kind) {
+  if (map->run == 0 || map->run == RUN_MAX || map->run_kind != kind) {
+    if (left(map) < KIND_BITS + RUN_BITS) {
+      return false;
+    }
+    put(map, KIND_BITS, kind);
+    map->run_kind = kind;
+    map->run_bit = map->bit;
+    map->bit += RUN_BITS;
+    map->run = 0;
+  }
+  uint8_t end = map->bit;
+  map->bit = map->run_bit;
+  put(map, RUN_BITS, map->run);
+  map->run++;
+  map->bit = end;
+  return true;
+}
+
+static bool add_mixed(wire_map_t *map, const wire_tile_t *tile) {
+  int sparse = sparse_bits(tile->states);
+  bool dense = sparse > DENSE_BITS;
+  int bits = KIND_BITS + 2 + (dense ? DENSE_BITS : sparse) + point_bits(tile);
+  bool whole = bits <= left(map);
+  if (!whole && map->bit > 0) {
     return false;
   }
-  for (int i = 0; i < piece->point_count; i++) {
-    uint32_t point = (uint32_t)(points >> (COUNT_BITS + POINT_BITS * i));
-    piece->point_cell[i] = point & 63u;
-    piece->point_eighths[i] = point >> 6 & 63u;
+  put(map, KIND_BITS, MIXED);
+  put(map, 1, dense ? 1u : 0u);
+  if (dense) {
+    put_dense(map, tile->states);
+  } else {
+    put_sparse(map, tile->states);
+  }
+  put(map, 1, whole ? 1u : 0u);
+  put(map, whole ? 0 : CELL_BITS, tile->first_point);
+  put_points(map, tile, whole ? 0u : tile->first_point % WIRE_MAP_CELLS, whole ? 1 : POINT_BITS);
+  map->full = !whole;
+  map->run = 0;
+  return true;
+}
+
+bool wire_map_add(wire_map_t *map, const wire_tile_t *tile) {
+  if (map->full || tile->tile != map->tile) {
+    return false;
+  }
+  if (!(uniform(tile) ? add_to_run(map, tile->states[0]) : add_mixed(map, tile))) {
+    return false;
+  }
+  map->tile++;
+  map->full = map->full || map->tile == 0;
+  return true;
+}
+
+void wire_map_end(wire_map_t *map) {
+  if (left(map) >= KIND_BITS) {
+    put(map, KIND_BITS, END);
+  }
+  uint16_t check = check_of(map->bytes);
+  map->bytes[TAG_WORD] |= (uint8_t)(check << 2 & 0xFFu);
+  map->bytes[TAG_WORD + 1] = (uint8_t)(check >> 6);
+}
+
+bool wire_map_open(wire_map_t *map, const uint8_t *bytes, uint8_t *epoch) {
+  memset(map, 0, sizeof *map);
+  memcpy(map->bytes, bytes, WIRE_MAP_BYTES);
+  map->tile = bytes[0];
+  *epoch = bytes[TAG_WORD] & (WIRE_MAP_EPOCHS - 1u);
+  return (bytes[TAG_WORD] >> 2 | bytes[TAG_WORD + 1] << 6) == check_of(bytes);
+}
+
+static void get_mixed(wire_map_t *map, wire_tile_t *tile) {
+  if (get(map, 1) != 0u) {
+    get_dense(map, tile->states);
+  } else {
+    get_sparse(map, tile->states);
+  }
+  tile->whole = get(map, 1) != 0u;
+  unsigned first = tile->whole ? 0u : get(map, CELL_BITS);
+  get_points(map, tile, first, tile->whole ? 1 : POINT_BITS);
+  map->full = !tile->whole;
+}
+
+bool wire_map_read(wire_map_t *map, wire_tile_t *tile) {
+  if (map->run == 0) {
+    if (map->full || left(map) < KIND_BITS) {
+      return false;
+    }
+    map->run_kind = (uint8_t)get(map, KIND_BITS);
+    if (map->run_kind == END) {
+      map->full = true;
+      return false;
+    }
+    map->run = map->run_kind == MIXED ? 1 : (uint8_t)(1u + get(map, RUN_BITS));
+  }
+  memset(tile, 0, sizeof *tile);
+  memset(tile->eighths, WIRE_NO_POINT, sizeof tile->eighths);
+  memset(tile->states, map->run_kind, sizeof tile->states);
+  tile->tile = map->tile;
+  tile->whole = true;
+  if (map->run_kind == MIXED) {
+    get_mixed(map, tile);
+  }
+  map->run--;
+  map->tile++;
+  map->full = map->full || map->tile == 0;
+  if (map->full) {
+    map->run = 0;
   }
   return true;
 }

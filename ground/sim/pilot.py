@@ -20,11 +20,13 @@ from ground.model import (
     Command,
     Heartbeat,
     HelloRequest,
+    History,
     Incoming,
     Point,
     Telemetry,
 )
 from ground.picture import Picture
+from ground.recovery import Recovery
 from ground.sim.crtp import Port, decode, encode
 from ground.sim.faults import Faults
 from ground.sim.firmware import Entry, Firmware
@@ -76,6 +78,7 @@ class Pilot:
 
     def __init__(self, world: World, options: Options) -> None:
         self.picture = Picture()
+        self.recovery = Recovery()
         self.believed: list[tuple[float, float, float]] = []
         """Poses (s, x, y) in the air, as the drone tells them at that moment."""
         self.every_second: Callable[[], None] = lambda: None
@@ -203,6 +206,9 @@ class Pilot:
                 message = self._streams[packet.data[0]].message(packet.data)
             if message is not None:
                 self._hear(message)
+        picture = self.picture
+        for request in self.recovery.requests(picture.map, picture.route_known, picture.drone_ms):
+            self._say(request)
         self._steps += 1
         if self._steps % _BEAT_EVERY_STEPS == 0:
             self._beat()
@@ -210,7 +216,11 @@ class Pilot:
             self.every_second()
 
     def _hear(self, message: Incoming) -> None:
+        if not self.recovery.take(message):
+            return
         self.picture.take(message, self.time_s)
+        if isinstance(message, History):
+            self.picture.take_history(message, self.recovery.records.first_missing or 0)
         if self._watch is not None and self._outcome is None:
             self._outcome = self._watch.judge(message)
         match message:

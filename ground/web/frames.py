@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+import time
 from itertools import islice
 from typing import Any
 
@@ -19,11 +20,15 @@ EVENTS_SHOWN = 12
 MAP_HEADER = struct.Struct("<IHHfff")  # revision, side, reserved, cell, origin x and y [m]
 
 
-def state_frame(cockpit: Cockpit, trail_from: int) -> tuple[str, int]:
-    """JSON of the whole state, with the trail from there on. @return it and the next trail_from"""
+TrailMark = tuple[int, int]
+NO_TRAIL: TrailMark = (0, 0)
+
+
+def state_frame(cockpit: Cockpit, mark: TrailMark) -> tuple[str, TrailMark]:
+    """JSON of the whole state, with what of the trail is new or has moved. @return the next mark"""
     station = cockpit.station
     picture = station.picture if station else Picture()
-    trail, trail_next = _trail(picture, trail_from)
+    first, trail, mark = picture.trail.since(mark)
     frame = {
         "kind": "state",
         "stop": {"latched": cockpit.stop_latched, "confirmed": _locked(picture)},
@@ -31,16 +36,18 @@ def state_frame(cockpit: Cockpit, trail_from: int) -> tuple[str, int]:
         "mission": _mission(picture),
         "drone": _drone(picture),
         "route": [_xy(point) for point in picture.route if picture.state.airborne],
-        "trail": trail,
-        "trail_from": trail_next - len(trail),
+        "trail": [_xy(point) for point in trail],
+        "trail_from": first,
         "map": {
             "known_cells": picture.map.known_cells,
             "complete": round(picture.map.completeness, 3),
+            "rate_hz": round(picture.map.rate_hz, 1),
+            "ages_s": _ages(picture),
         },
         "events": [_event(event) for event in islice(reversed(picture.events), EVENTS_SHOWN)],
         "can": _permitted(cockpit, picture),
     }
-    return json.dumps(frame, allow_nan=False), trail_next
+    return json.dumps(frame, allow_nan=False), mark
 
 
 def map_frame(picture: Picture) -> bytes:
@@ -57,11 +64,10 @@ def map_frame(picture: Picture) -> bytes:
     return header + grid.codes().tobytes()
 
 
-def _trail(picture: Picture, start: int) -> tuple[list[list[float]], int]:
-    count = picture.trail_count
-    new = min(count - start, len(picture.trail)) if start <= count else len(picture.trail)
-    points = islice(picture.trail, len(picture.trail) - new, None)
-    return [_xy(point) for point in points], count
+def _ages(picture: Picture) -> list[int]:
+    """Of each tile, in whole seconds; -1 where none came."""
+    ages_s = picture.map.tile_ages_s(time.monotonic())
+    return [int(age_s) if math.isfinite(age_s) else -1 for age_s in ages_s]
 
 
 def _locked(picture: Picture) -> bool:
@@ -75,6 +81,8 @@ def _link(cockpit: Cockpit) -> dict[str, Any]:
     return {
         "state": link.state.value,
         "detail": link.detail,
+        "round_trip_ms": cockpit.station.pulse.round_trip_ms,
+        "unanswered": cockpit.station.pulse.unanswered,
         "packets": stats.log_packets,
         "lost": stats.lost_packets,
     }

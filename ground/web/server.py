@@ -31,7 +31,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from ground.errors import GroundError
 from ground.model import Point
 from ground.web.cockpit import Cockpit
-from ground.web.frames import map_frame, state_frame
+from ground.web.frames import NO_TRAIL, map_frame, state_frame
 
 STATIC = Path(__file__).with_name("static")
 USUAL_PORT = 8765
@@ -130,10 +130,10 @@ class Page:
 
     async def _write(self) -> None:
         """A slow page gets fewer frames, never old ones: each send waits for the one before."""
-        trail_from, sent_map = 0, None
+        mark, sent_map = NO_TRAIL, None
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             for turn in itertools.count():
-                text, trail_from = state_frame(self._cockpit, trail_from)
+                text, mark = state_frame(self._cockpit, mark)
                 await self._socket.send_text(text)
                 station = self._cockpit.station
                 if station and turn % MAP_EVERY == 0:

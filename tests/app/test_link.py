@@ -215,7 +215,7 @@ def test_a_storm_of_noise_changes_nothing(drone: Drone) -> None:
     for _ in range(200):
         for _ in range(8):
             body = noise.randbytes(noise.randint(1, PACKET_BYTES))
-            sent += drone.firmware.appchannel_push(bytes((noise.choice((0, 2, 77)),)) + body[1:])
+            sent += drone.firmware.appchannel_push(bytes((noise.choice((0, 1, 77)),)) + body[1:])
         drone.run(0.02)
     assert drone.log("way.bad") == sent == 1600
     assert drone.state is MissionState.IDLE

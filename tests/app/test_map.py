@@ -63,23 +63,28 @@ def ordered(data: bytes, order: list[str]) -> bytes:
     return b"".join(parts[name] for name in NAMES)
 
 
-def pieces(drone: Drone, order: list[str], count: int) -> list[MapPiece]:
-    """Samples at 50 Hz, as pieces; all of them must be whole."""
+def pieces(drone: Drone, order: list[str], count: int) -> list[list[MapPiece]]:
+    """The tiles of samples at 50 Hz; all pieces must be whole."""
     reader = block(drone, order)
     found = []
     for _ in range(count):
         drone.run(0.02)
-        piece = decode_map_piece(ordered(reader.read(drone.firmware.now_ms()), order))
-        assert piece is not None
-        found.append(piece)
+        tiles = decode_map_piece(ordered(reader.read(drone.firmware.now_ms()), order))
+        assert tiles
+        found.append(tiles)
     return found
+
+
+def tiles(drone: Drone, count: int) -> dict[int, MapPiece]:
+    """The latest of each tile in so many samples."""
+    return {tile.tile: tile for piece in pieces(drone, NAMES, count) for tile in piece}
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_pieces_are_whole_in_any_order_of_variables(mapped: Drone, seed: int) -> None:
     order = random.Random(seed).sample(NAMES, len(NAMES)) if seed else NAMES
     found = pieces(mapped, order, 40)
-    assert len({piece.tile for piece in found}) > 20
+    assert len({piece[0].tile for piece in found}) > 20
 
 
 def test_all_getters_of_one_time_stamp_agree(mapped: Drone) -> None:
@@ -87,7 +92,38 @@ def test_all_getters_of_one_time_stamp_agree(mapped: Drone) -> None:
     now_ms = mapped.firmware.now_ms() + 1
     first = reader.read(now_ms)
     assert reader.read(now_ms) == first
-    assert reader.read(now_ms + 1) != first
+    mapped.run(0.02)
+    assert reader.read(mapped.firmware.now_ms()) != first
+
+
+@pytest.mark.parametrize("late_ms", [0, 3, 20, 30, 57])
+@pytest.mark.parametrize("first", [1, 3, 6])
+def test_two_blocks_of_one_period_tell_whole_pieces_together(
+    mapped: Drone, first: int, late_ms: int
+) -> None:
+    """As cfclient's plotter does, which puts as many variables into a block as fit."""
+    early, late = block(mapped, NAMES[:first]), block(mapped, NAMES[first:])
+    numbers = set()
+    for _ in range(40):
+        data = early.read(mapped.firmware.now_ms())
+        mapped.firmware.run(late_ms)
+        data += late.read(mapped.firmware.now_ms())
+        found = decode_map_piece(data)
+        assert found
+        numbers.add(found[0].tile)
+        mapped.firmware.run(60 - late_ms)
+    assert len(numbers) > 20
+
+
+def test_the_stream_goes_as_fast_as_it_is_asked(mapped: Drone) -> None:
+    """At the shortest period of a block, 10 ms, no piece comes twice."""
+    reader = block(mapped, NAMES)
+    samples = []
+    for _ in range(100):
+        mapped.firmware.run(10)
+        samples.append(reader.read(mapped.firmware.now_ms()))
+    repeated = sum(a == b for a, b in itertools.pairwise(samples))
+    assert repeated <= 2, "while it learns the period"
 
 
 def test_when_none_is_ready_the_last_piece_comes_again(mapped: Drone) -> None:
@@ -103,7 +139,7 @@ def test_when_none_is_ready_the_last_piece_comes_again(mapped: Drone) -> None:
 def test_the_stream_tells_the_whole_map(mapped: Drone) -> None:
     mapped.command(MissionCmd.LAND)
     mapped.run_until(MissionState.IDLE)
-    latest = {piece.tile: piece for piece in pieces(mapped, NAMES, 4 * TILES + 100)}
+    latest = tiles(mapped, 4 * TILES + 100)
     assert len(latest) == TILES
     known = sum(1 for piece in latest.values() for state in piece.states if state)
     assert known == mapped.log("way.known") > 500
@@ -146,11 +182,10 @@ def test_where_a_side_hangs_down_the_floor_is_no_wall(
     )
     reader = block(drone, NAMES)
     found: dict[int, bool] = {}
-    for _ in range(2 * TILES):
+    for _ in range(TILES):
         drone.firmware.run(20)
-        piece = decode_map_piece(reader.read(drone.firmware.now_ms()))
-        assert piece is not None
-        found[piece.tile] = any(math.dist(place, at_m) < 0.15 for place in occupied_m(piece))
+        for tile in decode_map_piece(reader.read(drone.firmware.now_ms())):
+            found[tile.tile] = any(math.dist(place, at_m) < 0.15 for place in occupied_m(tile))
     assert any(found.values()) is wall
 
 

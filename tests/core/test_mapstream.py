@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The map stream: changed tiles first, and everything comes again."""
 
+import itertools
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ground.core import CData, ffi, lib
-from tests.core.maps import OCCUPIED, SIDE, fill, new_grid, values, vec2
+from tests.core.maps import OCCUPIED, SIDE, new_grid, values, vec2
 
 TILE: int = lib.GRID_TILE_SIDE_CELLS
 PER_ROW: int = lib.GRID_TILES_PER_ROW
@@ -23,12 +25,25 @@ class Stream:
         self.stream = ffi.new("mapstream_t *")
         lib.mapstream_init(self.stream)
 
-    def next(self, epoch: int = 0) -> CData:
+    def next(self, epoch: int = 0) -> list[CData]:
+        """The tiles of the next piece."""
         packet = ffi.new("uint8_t[]", lib.WIRE_MAP_BYTES)
-        piece = ffi.new("wire_map_piece_t *")
+        wire, got = ffi.new("wire_map_t *"), ffi.new("uint8_t *")
         lib.mapstream_next(self.stream, self.grid, epoch, packet)
-        assert lib.wire_map_decode(packet, piece)
-        return piece
+        assert lib.wire_map_open(wire, packet, got)
+        assert got[0] == epoch
+        tiles = []
+        while lib.wire_map_read(wire, tile := ffi.new("wire_tile_t *")):
+            tiles.append(tile)
+        return tiles
+
+
+def hard(grid: CData) -> CData:
+    """No two tiles fit into one piece."""
+    for i in range(SIDE * SIDE):
+        lib.grid_set_value(grid, i % SIDE, i // SIDE, (0, 3, OCCUPIED)[i * 7919 % 1013 % 3])
+    settle(grid)
+    return grid
 
 
 def settle(grid: CData) -> None:
@@ -41,44 +56,61 @@ def states(grid: CData) -> np.ndarray[Any, Any]:
     return np.where(cell == 0, 0, np.where(cell < lib.GRID_OCCUPIED_MIN, 1, 2))
 
 
-def drawn(pieces: list[Any]) -> np.ndarray[Any, Any]:
+def drawn(pieces: list[list[Any]]) -> np.ndarray[Any, Any]:
     """The map that a listener has after these pieces."""
     picture = np.zeros((SIDE, SIDE), dtype=int)
-    for piece in pieces:
+    for piece in itertools.chain(*pieces):
         y, x = piece.tile // PER_ROW * TILE, piece.tile % PER_ROW * TILE
         picture[y : y + TILE, x : x + TILE] = np.reshape(list(piece.states), (TILE, TILE))
     return picture
 
 
 def test_without_changes_every_tile_comes_in_turn() -> None:
-    stream = Stream(new_grid())
-    tiles = [stream.next().tile for _ in range(2 * TILES)]
-    assert sorted(tiles[:TILES]) == list(range(TILES))
-    assert tiles[TILES:] == tiles[:TILES]
+    stream = Stream(hard(new_grid()))
+    tiles = [tile.tile for _ in range(TILES + 4) for tile in stream.next()]
+    assert set(tiles) == set(range(TILES))
+    assert [now for before, now in itertools.pairwise(tiles) if (now - before) % TILES > 1] == []
+
+
+@pytest.mark.parametrize("listeners", [2, 3, 4, 5, 8])
+@pytest.mark.parametrize("crowded", [False, True])
+def test_listeners_that_take_turns_all_hear_everything(listeners: int, crowded: bool) -> None:
+    grid = new_grid()
+    if crowded:
+        hard(grid)
+    else:
+        lib.grid_set_value(grid, 100, 100, OCCUPIED)
+    stream = Stream(grid)
+    heard: list[set[int]] = [set() for _ in range(listeners)]
+    for i in range(16 * listeners * TILES if crowded else 100 * listeners):
+        heard[i % listeners] |= {tile.tile for tile in stream.next()}
+    assert heard == [set(range(TILES))] * listeners
 
 
 @given(st.sets(st.integers(0, TILES - 1), min_size=1, max_size=60), st.integers(0, 300))
 def test_changed_tiles_come_first(changed: set[int], before: int) -> None:
     grid = new_grid()
     stream = Stream(grid)
+    hard(grid)
     for _ in range(before):
         stream.next()
     for tile in changed:
         ix, iy = tile % PER_ROW * TILE + 3, tile // PER_ROW * TILE + 5
-        lib.grid_set_value(grid, ix, iy, OCCUPIED)
+        lib.grid_set_value(grid, ix, iy, 3 if lib.grid_value(grid, ix, iy) > 7 else OCCUPIED)
     needed = len(changed) * 4 // 3 + 2
-    assert changed <= {stream.next().tile for _ in range(needed)}
+    assert changed <= {tile.tile for _ in range(needed) for tile in stream.next()}
     assert not any(grid.changed_tiles)
 
 
 def test_every_tile_comes_within_a_bound_although_others_change_all_the_time() -> None:
     grid = new_grid()
     stream = Stream(grid)
-    seen = set()
-    for i in range(4 * TILES):
+    hard(grid)
+    seen: set[int] = set()
+    for i in range(4 * TILES + 20):
         for ix in (3, 40, 90):
             lib.grid_set_value(grid, ix, 9, 3 if i % 2 else OCCUPIED)
-        seen.add(stream.next().tile)
+        seen |= {tile.tile for tile in stream.next()}
     assert seen == set(range(TILES))
 
 
@@ -103,30 +135,26 @@ def test_whatever_was_lost_comes_again() -> None:
 
 
 def test_the_points_of_a_crowded_tile_come_in_turns() -> None:
-    grid = new_grid()
-    fill(grid, 3)
-    crowd = {(16 + i, 24 + i % 3) for i in range(TILE)}
+    grid = hard(new_grid())
+    crowd = {(16 + i % TILE, 24 + i // TILE) for i in range(TILE * TILE)}
     for ix, iy in crowd:
         lib.grid_set_value(grid, ix, iy, OCCUPIED)
         at = lib.grid_to_metres(grid, vec2(ix + 0.3, iy + 0.8))
         lib.grid_points_add(grid, ffi.new("grid_cell_t *", (ix, iy))[0], at, False)
+    there = {at for at in crowd if lib.grid_point_eighths(grid, *at) >= 0}
     stream = Stream(grid)
     seen = set()
-    for _ in range(40):
-        grid.changed_tiles[0] = 0
-        lib.grid_set_value(grid, 17, 31, OCCUPIED if stream.stream.turn % 2 else 3)
-        piece = stream.next()
-        if piece.tile == 24 // TILE * PER_ROW + 16 // TILE:
-            for i in range(piece.point_count):
-                cell, eighths = piece.point_cell[i], piece.point_eighths[i]
-                seen.add((16 + cell % TILE, 24 + cell // TILE))
-                assert (eighths & 7, eighths >> 3) == (2, 6)
-    assert crowd <= seen
-
-
-def test_the_epoch_is_carried() -> None:
-    stream = Stream(new_grid())
-    assert [stream.next(epoch).epoch for epoch in range(4)] == [0, 1, 2, 3]
+    for _ in range(30):
+        settle(grid)
+        lib.grid_set_value(grid, 17, 31, 3 if stream.stream.dice % 2 else OCCUPIED)
+        for tile in stream.next():
+            if tile.tile == 24 // TILE * PER_ROW + 16 // TILE:
+                assert not tile.whole
+                cells = [i for i in range(64) if tile.eighths[i] != lib.WIRE_NO_POINT]
+                assert len(cells) >= 15
+                assert {tile.eighths[i] for i in cells} == {2 + 8 * 6}
+                seen |= {(16 + i % TILE, 24 + i // TILE) for i in cells}
+    assert seen >= there - {(17, 31)}
 
 
 def test_reading_the_stream_changes_no_cell() -> None:

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Packets and map pieces: what is encoded is decoded, and nothing else is."""
 
+import random
 import struct
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -42,6 +44,13 @@ signed = st.integers(-0x8000, 0x7FFF)
 lists = st.lists(
     st.lists(signed, min_size=2, max_size=2), max_size=lib.WIRE_WAYPOINTS_A_PACKET
 ).flatmap(listed)
+record = of(time_ms=u32, x_mm=signed, y_mm=signed, yaw_1e4_rad=signed, kind=u8)
+histories = st.lists(record, max_size=lib.WIRE_RECORDS_A_PACKET).flatmap(
+    lambda records: of(first=u16, count=st.just(len(records)), records=st.just(records))
+)
+tile_lists = st.lists(u8, max_size=lib.WIRE_TILES_A_PACKET).flatmap(
+    lambda tiles: of(count=st.just(len(tiles)), tiles=st.just(tiles))
+)
 paths = st.lists(way_points, max_size=lib.WIRE_PATH_POINTS).flatmap(path)
 BODIES = {
     lib.WIRE_HELLO: (
@@ -56,7 +65,21 @@ BODIES = {
         "event",
         of(sequence=u16, time_ms=u32, code=u8, argument=u8, place_m=vectors),
     ),
-    lib.WIRE_HEARTBEAT: ("heartbeat", of(sequence=u16, time_ms=u32, state=u8)),
+    lib.WIRE_HEARTBEAT: (
+        "heartbeat",
+        of(
+            sequence=u16,
+            time_ms=u32,
+            state=u8,
+            path_revision=u8,
+            path_total=u8,
+            next_event=u16,
+            next_record=u16,
+        ),
+    ),
+    lib.WIRE_HISTORY: ("history", histories),
+    lib.WIRE_ASK: ("ask", of(what=u8, first=u16, count=u8)),
+    lib.WIRE_TILES: ("tiles", tile_lists),
 }
 kinds = st.sampled_from(sorted(BODIES))
 messages = kinds.flatmap(lambda kind: st.tuples(st.just(kind), BODIES[kind][1]))
@@ -102,12 +125,17 @@ def test_every_packet_comes_back(sent: tuple[int, dict[str, Any]]) -> None:
             assert point == pytest.approx(wanted, abs=1e-5)
     if kind == lib.WIRE_WAYPOINTS:
         assert got.pop("points_mm")[: fields["count"]] == fields["points_mm"]
+    if kind in (lib.WIRE_HISTORY, lib.WIRE_TILES):
+        listed_as = "records" if kind == lib.WIRE_HISTORY else "tiles"
+        assert got.pop(listed_as)[: fields["count"]] == fields[listed_as]
     assert all(got[name] == fields[name] for name in got)
 
 
 def test_the_bytes_of_a_command() -> None:
     message = make(lib.WIRE_COMMAND, {"sequence": 0x1234, "cmd": 2, "goal_m": {"x": 1.5, "y": -2}})
-    assert encode(message) == bytes([1, 2]) + struct.pack("<HBff", 0x1234, 2, 1.5, -2.0)
+    assert encode(message) == bytes([lib.WIRE_VERSION, 2]) + struct.pack(
+        "<HBff", 0x1234, 2, 1.5, -2.0
+    )
 
 
 def test_a_snapshot_is_two_bytes() -> None:
@@ -172,61 +200,111 @@ def test_way_points_beyond_the_range_stop_at_its_end(far_m: float) -> None:
     assert plain(message.body.path.points_m[0]) == pytest.approx({"x": 32.767, "y": -32.767})
 
 
-def piece_of(points: list[tuple[int, int]]) -> st.SearchStrategy[dict[str, Any]]:
-    return of(
-        tile=u8,
-        epoch=st.integers(0, lib.WIRE_MAP_EPOCHS - 1),
-        states=st.lists(
-            st.integers(0, 2), min_size=lib.WIRE_MAP_CELLS, max_size=lib.WIRE_MAP_CELLS
-        ),
-        point_count=st.just(len(points)),
-        point_cell=st.just([cell for cell, _ in points]),
-        point_eighths=st.just([eighths for _, eighths in points]),
-    )
+OCCUPIED: int = lib.GRID_CELL_OCCUPIED
+NO_POINT: int = lib.WIRE_NO_POINT
+Tile = tuple[list[int], list[int]]
 
 
-six_bits = st.integers(0, 63)
-pieces = st.lists(st.tuples(six_bits, six_bits), max_size=lib.WIRE_MAP_POINTS).flatmap(piece_of)
+@st.composite
+def tiles(draw: st.DrawFn) -> Tile:
+    """States and points of a tile: noise, or rectangles of states as rooms have them."""
+    cells = np.full((8, 8), draw(st.integers(0, 2)))
+    for _ in range(draw(st.integers(0, 4))):
+        x, y = draw(st.integers(0, 7)), draw(st.integers(0, 7))
+        cells[y : draw(st.integers(y, 8)), x : draw(st.integers(x, 8))] = draw(st.integers(0, 2))
+    noise = random.Random(draw(st.integers(0, 255)))
+    if draw(st.integers(0, 3)) == 0:
+        cells = np.array([[noise.randrange(3) for _ in range(8)] for _ in range(8)])
+    states = [int(state) for state in cells.ravel()]
+    places = (NO_POINT, *range(64))
+    return states, [noise.choice(places) if s == OCCUPIED else NO_POINT for s in states]
 
 
-def encode_piece(fields: dict[str, Any]) -> bytes:
-    packet = ffi.new("uint8_t[]", lib.WIRE_MAP_BYTES)
-    lib.wire_map_encode(ffi.new("wire_map_piece_t *", fields), packet)
-    return bytes(ffi.buffer(packet))
+rows = st.lists(tiles(), min_size=1, max_size=12)
 
 
-@given(pieces)
-def test_every_map_piece_comes_back(fields: dict[str, Any]) -> None:
-    got = ffi.new("wire_map_piece_t *")
-    assert lib.wire_map_decode(encode_piece(fields), got)
-    assert plain(got[0]) == plain(ffi.new("wire_map_piece_t *", fields)[0])
+def write(first: int, epoch: int, given: list[Tile]) -> tuple[bytes, int]:
+    """A piece of these tiles and how many of them are in it."""
+    wire, tile = ffi.new("wire_map_t *"), ffi.new("wire_tile_t *")
+    lib.wire_map_begin(wire, first, epoch)
+    count = 0
+    for states, eighths in given:
+        tile.tile, tile.first_point = (first + count) % 256, 20
+        tile.states, tile.eighths = states, eighths
+        if not lib.wire_map_add(wire, tile):
+            break
+        count += 1
+    lib.wire_map_end(wire)
+    return bytes(ffi.buffer(wire.bytes)), count
 
 
-@given(pieces, st.integers(0, lib.WIRE_MAP_BYTES * 8 - 1))
-def test_a_flipped_bit_in_a_map_piece_is_never_taken_for_the_same_piece(
-    fields: dict[str, Any], bit: int
-) -> None:
-    packet = bytearray(encode_piece(fields))
+def read(data: bytes) -> tuple[int, list[tuple[int, bool, list[int], list[int]]]] | None:
+    """Epoch and tiles of a piece; None if it is refused."""
+    wire, epoch, tile = (ffi.new(f"{kind} *") for kind in ("wire_map_t", "uint8_t", "wire_tile_t"))
+    if not lib.wire_map_open(wire, data, epoch):
+        return None
+    found = []
+    while lib.wire_map_read(wire, tile):
+        found.append((tile.tile, bool(tile.whole), list(tile.states), list(tile.eighths)))
+    return epoch[0], found
+
+
+@given(u8, st.integers(0, lib.WIRE_MAP_EPOCHS - 1), rows)
+def test_every_map_piece_comes_back(first: int, epoch: int, given: list[Tile]) -> None:
+    data, count = write(first, epoch, given)
+    assert 1 <= count <= 256 - first
+    got_epoch, found = read(data) or (None, [])
+    assert got_epoch == epoch
+    assert [number for number, *_ in found] == list(range(first, first + count))
+    for (_, whole, states, eighths), (wanted, points) in zip(found, given, strict=False):
+        assert states == wanted
+        assert all(got in (p, NO_POINT) for got, p in zip(eighths, points, strict=True))
+        assert whole <= (eighths == points)
+    assert all(whole for _, whole, *_ in found[:-1])
+    assert found[-1][1] or count == 1, "points are left out only of a tile that is alone"
+
+
+def test_an_unknown_map_is_one_piece() -> None:
+    unknown = ([0] * 64, [NO_POINT] * 64)
+    assert write(0, 0, [unknown] * 300)[1] == 256
+
+
+def test_a_tile_full_of_points_tells_at_least_ten_of_them() -> None:
+    noise = random.Random(3)
+    states = [noise.choice((0, 1, 2)) for _ in range(64)]
+    points = [7 if state == OCCUPIED else NO_POINT for state in states]
+    _, ((_, whole, got, eighths),) = read(write(9, 1, [(states, points)])[0]) or (0, [])
+    assert got == states
+    assert not whole
+    assert 10 <= sum(place == 7 for place in eighths) < sum(place == 7 for place in points)
+
+
+@given(rows, st.integers(0, lib.WIRE_MAP_BYTES * 8 - 1))
+def test_a_flipped_bit_in_a_map_piece_is_noticed(given: list[Tile], bit: int) -> None:
+    packet = bytearray(write(0, 0, given)[0])
     packet[bit // 8] ^= 1 << bit % 8
-    got = ffi.new("wire_map_piece_t *")
-    if lib.wire_map_decode(bytes(packet), got):
-        assert plain(got[0]) != plain(ffi.new("wire_map_piece_t *", fields)[0])
+    assert read(bytes(packet)) is None
 
 
-def test_two_halves_of_different_pieces_are_mostly_noticed() -> None:
+def test_parts_of_different_pieces_are_noticed() -> None:
     def piece(tile: int) -> bytes:
-        return encode_piece({"tile": tile, "states": [(tile >> k % 4) % 3 for k in range(64)]})
+        states = [(tile >> k % 4) % 3 for k in range(64)]
+        return write(tile, 0, [(states, [NO_POINT] * 64)])[0]
 
-    mixed = [piece(a)[:24] + piece(b)[24:] for a in range(16) for b in range(16) if a != b]
-    got = ffi.new("wire_map_piece_t *")
-    taken = sum(lib.wire_map_decode(packet, got) for packet in mixed)
-    assert taken < len(mixed) / 16
+    whole = {piece(a) for a in range(16)}
+    cuts = range(4, lib.WIRE_MAP_BYTES, 4)
+    mixed = {a[:cut] + b[cut:] for a in whole for b in whole for cut in cuts} - whole
+    taken = [data for data in mixed if read(data) is not None]
+    assert len(taken) <= len(mixed) / 500
 
 
 @given(st.binary(min_size=lib.WIRE_MAP_BYTES, max_size=lib.WIRE_MAP_BYTES))
-def test_a_piece_that_is_taken_is_possible(packet: bytes) -> None:
-    got = ffi.new("wire_map_piece_t *")
-    if lib.wire_map_decode(packet, got):
-        assert max(got.states) <= lib.GRID_CELL_OCCUPIED
-        assert got.point_count <= lib.WIRE_MAP_POINTS
-        assert got.epoch < lib.WIRE_MAP_EPOCHS
+def test_whatever_passes_for_a_piece_is_possible(packet: bytes) -> None:
+    wire, epoch, tile = (ffi.new(f"{kind} *") for kind in ("wire_map_t", "uint8_t", "wire_tile_t"))
+    lib.wire_map_open(wire, packet, epoch)  # read it whatever the check says
+    count = 0
+    while lib.wire_map_read(wire, tile):
+        count += 1
+        assert max(tile.states) <= OCCUPIED
+        assert all(place < 64 or place == NO_POINT for place in tile.eighths)
+    assert count <= 256 - packet[0]

@@ -83,10 +83,12 @@ static void take_events(void) {
 
 static void take_map_piece(void) {
   uint8_t bytes[WIRE_MAP_BYTES];
-  wire_map_piece_t piece;
+  uint8_t epoch;
+  wire_map_t map;
+  wire_tile_t tile;
   nav_next_map_piece(&drone.nav, bytes);
-  REQUIRE(wire_map_decode(bytes, &piece));
-  REQUIRE(piece.epoch == drone.nav.epoch);
+  REQUIRE(wire_map_open(&map, bytes, &epoch) && wire_map_read(&map, &tile));
+  REQUIRE(epoch == drone.nav.epoch);
 }
 
 /** From inside along a direction to the walls. */

@@ -36,7 +36,7 @@ static void encode_then_decode(bytes_t bytes) {
   message.type = (uint8_t)(message.type % 16u);
   int length = wire_encode(&message, packet);
   REQUIRE(length >= 0 && length <= WIRE_PACKET_BYTES);
-  REQUIRE((length > 0) == (message.type >= WIRE_HELLO && message.type <= WIRE_WAYPOINTS));
+  REQUIRE((length > 0) == (message.type >= WIRE_HELLO && message.type <= WIRE_TILES));
   if (length > 0) {
     REQUIRE(wire_decode(packet, length, &again) == WIRE_OK);
     REQUIRE(wire_encode(&again, twice) == length);
@@ -44,44 +44,60 @@ static void encode_then_decode(bytes_t bytes) {
   }
 }
 
-static bool same_piece(const wire_map_piece_t *a, const wire_map_piece_t *b) {
-  size_t count = a->point_count;
-  return a->tile == b->tile && a->epoch == b->epoch && a->point_count == b->point_count &&
-         memcmp(a->states, b->states, sizeof a->states) == 0 &&
-         memcmp(a->point_cell, b->point_cell, count) == 0 &&
-         memcmp(a->point_eighths, b->point_eighths, count) == 0;
-}
-
-static void decode_piece(bytes_t bytes) {
-  uint8_t data[WIRE_MAP_BYTES];
-  wire_map_piece_t piece;
-  wire_map_piece_t again;
-  take(&bytes, data, sizeof data);
-  if (!wire_map_decode(data, &piece)) {
-    return;
-  }
-  REQUIRE(piece.point_count <= WIRE_MAP_POINTS && piece.epoch < WIRE_MAP_EPOCHS);
-  wire_map_encode(&piece, data);
-  REQUIRE(wire_map_decode(data, &again) && same_piece(&piece, &again));
-}
-
-static void encode_piece(bytes_t bytes) {
-  uint8_t data[WIRE_MAP_BYTES];
-  wire_map_piece_t piece;
-  wire_map_piece_t again;
-  take(&bytes, &piece, sizeof piece);
+static void check_tile(const wire_tile_t *tile) {
   for (int i = 0; i < WIRE_MAP_CELLS; i++) {
-    piece.states[i] %= 3;
+    REQUIRE(tile->states[i] < 3);
+    REQUIRE(tile->eighths[i] < 64 || tile->eighths[i] == WIRE_NO_POINT);
+    REQUIRE(tile->eighths[i] == WIRE_NO_POINT || tile->states[i] == 2);
   }
-  wire_map_encode(&piece, data);
-  REQUIRE(wire_map_decode(data, &again));
-  piece.epoch %= WIRE_MAP_EPOCHS;
-  piece.point_count = piece.point_count < WIRE_MAP_POINTS ? piece.point_count : WIRE_MAP_POINTS;
-  for (int i = 0; i < WIRE_MAP_POINTS; i++) {
-    piece.point_cell[i] &= 63u;
-    piece.point_eighths[i] &= 63u;
+}
+
+/** Whatever its check says. */
+static void read_piece(bytes_t bytes) {
+  uint8_t data[WIRE_MAP_BYTES];
+  uint8_t epoch;
+  wire_map_t map;
+  wire_tile_t tile;
+  int count = 0;
+  take(&bytes, data, sizeof data);
+  wire_map_open(&map, data, &epoch);
+  for (; wire_map_read(&map, &tile); count++) {
+    REQUIRE(tile.tile == data[0] + count);
+    check_tile(&tile);
   }
-  REQUIRE(same_piece(&piece, &again));
+  REQUIRE(count <= 256 - data[0]);
+}
+
+static void write_piece(bytes_t bytes) {
+  wire_map_t map;
+  wire_tile_t tile;
+  wire_tile_t again;
+  uint8_t epoch;
+  wire_tile_t kept[4];
+  int count = 0;
+  memset(&tile, 0, sizeof tile);
+  tile.tile = take_u8(&bytes);
+  tile.first_point = take_u8(&bytes);
+  wire_map_begin(&map, tile.tile, 1);
+  for (; count < 4; count++, tile.tile++) {
+    take(&bytes, tile.states, sizeof tile.states);
+    for (int i = 0; i < WIRE_MAP_CELLS; i++) {
+      tile.states[i] %= 3;
+      tile.eighths[i] = tile.states[i] == 2 ? take_u8(&bytes) % 64u : WIRE_NO_POINT;
+    }
+    if (!wire_map_add(&map, &tile)) {
+      break;
+    }
+    kept[count] = tile;
+  }
+  wire_map_end(&map);
+  REQUIRE(count > 0 && wire_map_open(&map, map.bytes, &epoch) && epoch == 1);
+  for (int i = 0; i < count; i++) {
+    REQUIRE(wire_map_read(&map, &again) && again.tile == kept[i].tile);
+    REQUIRE(memcmp(again.states, kept[i].states, sizeof again.states) == 0);
+    REQUIRE(!again.whole || memcmp(again.eighths, kept[i].eighths, sizeof again.eighths) == 0);
+  }
+  REQUIRE(!wire_map_read(&map, &again));
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -89,7 +105,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   decode_then_encode(data, (int)size);
   encode_then_decode((bytes_t){data, size});
-  decode_piece((bytes_t){data, size});
-  encode_piece((bytes_t){data, size});
+  read_piece((bytes_t){data, size});
+  write_piece((bytes_t){data, size});
   return 0;
 }

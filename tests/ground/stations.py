@@ -2,14 +2,17 @@
 """What tests of the station say to it, and how they run it."""
 
 import asyncio
+import itertools
 from collections.abc import Awaitable, Callable
 
 from ground.core import EventCode, MissionReason, MissionState
-from ground.model import Event, Point, Pose, Telemetry
+from ground.model import Event, MapPacket, MapPiece, Point, Pose, Telemetry
 from ground.station import Station, station_on
+from ground.wire import encode_map_piece
 from tests.ground.fakelink import FakeLink
 
 GOAL = Point(1.0, 2.0)
+NUMBERS = itertools.count()
 
 
 def telemetry(drone_ms: int, state: MissionState, x_m: float = 0.0, y_m: float = 0.0) -> Telemetry:
@@ -18,7 +21,12 @@ def telemetry(drone_ms: int, state: MissionState, x_m: float = 0.0, y_m: float =
 
 
 def event(code: EventCode, argument: int = 0, drone_ms: int = 100, place: Point = GOAL) -> Event:
-    return Event(1, drone_ms, code, argument, place)
+    return Event(next(NUMBERS), drone_ms, code, argument, place)
+
+
+def packet_of(piece: MapPiece, drone_ms: int = 0) -> MapPacket:
+    """One tile as it comes in a log packet."""
+    return MapPacket(drone_ms, encode_map_piece(piece))
 
 
 def with_station(link: FakeLink, work: Callable[[Station], Awaitable[None]]) -> None:

@@ -18,7 +18,7 @@ from ground.core import MissionCmd, MissionReason, MissionState
 from ground.flight import fly
 from ground.link_radio import RadioLink
 from ground.link_replay import read_recording
-from ground.model import Beat, Event, Health, LinkState, MapPiece, Point, Ranges, Telemetry
+from ground.model import Beat, Event, Health, LinkState, MapPacket, Point, Ranges, Telemetry
 from ground.sim.process import SimulatorProcess
 from ground.station import Station, station_on
 
@@ -59,7 +59,7 @@ def test_goto_flies_and_reports(simulator: SimulatorProcess, tmp_path: Path) -> 
     assert (code, errors) == (0, "")
     assert json.loads(report.read_text())["reached"] is True
     last = [message for _, message in read_recording(tmp_path / "goto.mcap")][-1]
-    assert isinstance(last, Telemetry | MapPiece | Health | Ranges | Beat | Event)
+    assert isinstance(last, Telemetry | MapPacket | Health | Ranges | Beat | Event)
     truth = simulator.stop()
     assert truth["collisions"] == 0
     assert truth["path_m"] > 1.0

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The ground's map equals the drone's, whatever order, loss and repetition the pieces came in."""
 
+import itertools
 import random
 from collections.abc import Iterator
 
@@ -12,8 +13,7 @@ from numpy.typing import NDArray
 
 from ground.core import GRID_SIDE_CELLS, TILES, CData, CellState, ffi, lib
 from ground.map import NO_POINT, GroundMap
-from ground.model import Capability, Hello, MapPiece, Point
-from ground.wire import decode_map_piece
+from ground.model import Capability, Hello, MapPacket, MapPiece, Point
 
 MIDDLE = GRID_SIDE_CELLS // 2
 
@@ -35,15 +35,13 @@ def grid() -> CData:
     return grid
 
 
-def stream(grid: CData, epoch: int = 0) -> Iterator[MapPiece]:
+def stream(grid: CData, epoch: int = 0) -> Iterator[MapPacket]:
     mapstream = ffi.new("mapstream_t *")
     lib.mapstream_init(mapstream)
     packed = ffi.new("uint8_t[]", 26)
-    while True:
+    for drone_ms in itertools.count(0, 10):
         lib.mapstream_next(mapstream, grid, epoch, packed)
-        piece = decode_map_piece(bytes(packed))
-        assert piece is not None
-        yield piece
+        yield MapPacket(drone_ms, bytes(packed))
 
 
 def true_states(grid: CData) -> list[list[int]]:
@@ -57,9 +55,9 @@ def test_map_becomes_whole_in_spite_of_losses(grid: CData, loss: float, seed: in
     ground, rng = GroundMap(), random.Random(seed)
     pieces = stream(grid)
     for _ in range(40 * TILES):
-        piece = next(pieces)
+        packet = next(pieces)
         if rng.random() >= loss:
-            ground.take_piece(piece, 0.0)
+            ground.take_packet(packet, 0.0)
         if ground.completeness == 1:
             break
     assert ground.completeness == 1
@@ -72,7 +70,7 @@ def test_points_lie_where_the_drone_has_them(grid: CData) -> None:
     origin = Point(grid.origin_m.x, grid.origin_m.y)
     ground.take_hello(Hello(Capability(0), 0, grid.cell_m, GRID_SIDE_CELLS, origin))
     for _ in range(40 * TILES):
-        ground.take_piece(next(pieces), 0.0)
+        ground.take_packet(next(pieces), 0.0)
     expected: list[tuple[float, float]] = []
     place = ffi.new("vec2_t *")
     for iy in range(GRID_SIDE_CELLS):

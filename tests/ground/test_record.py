@@ -16,10 +16,11 @@ from ground.codec import KINDS, from_json, to_json
 from ground.core import MissionReason, MissionState
 from ground.errors import GroundError, LinkLost, LinkUnavailable
 from ground.link_replay import ReplayLink, read_recording
-from ground.model import Incoming, MapPiece, Point, Pose, Telemetry
+from ground.model import Incoming, MapPacket, MapPiece, Point, Pose, Telemetry
 from ground.record import RecordedLink
 from ground.station import station_on
 from tests.ground.fakelink import FakeLink
+from tests.ground.stations import packet_of
 
 
 @given(st.sampled_from(list(KINDS.values())).flatmap(st.from_type))
@@ -50,7 +51,7 @@ def spoken() -> list[Incoming]:
         )
         for i in range(2000)
     ]
-    pieces = [MapPiece(tile, 0, bytes([1] * 64), ((3, 7),)) for tile in range(256)]
+    pieces = [packet_of(MapPiece(tile, 0, bytes([2] * 64), ((3, 7),)), tile) for tile in range(256)]
     return [*telemetry, *pieces]
 
 
@@ -66,7 +67,7 @@ def test_a_recording_is_heard_again(tmp_path: Path) -> None:
     path = tmp_path / "flight.mcap"
     asyncio.run(record(path))
     messages = [message for _, message in read_recording(path)]
-    assert [m for m in messages if isinstance(m, Telemetry | MapPiece)] == spoken()
+    assert [m for m in messages if isinstance(m, Telemetry | MapPacket)] == spoken()
 
     async def replay() -> None:
         async with station_on(ReplayLink(path, speed=1000)) as station:

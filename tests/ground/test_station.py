@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from ground.core import MissionCmd, MissionReason, MissionState
+from ground.core import MissionCmd, MissionReason, MissionState, WireType
 from ground.errors import CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
 from ground.model import (
+    Ask,
+    Beat,
     Command,
     EmergencyStop,
     Heartbeat,
@@ -19,7 +21,6 @@ from ground.model import (
     Point,
     RoutePiece,
     SetParameter,
-    SnapshotRequest,
 )
 from ground.station import Station
 from tests.ground.fakelink import HELLO, FakeLink
@@ -178,22 +179,24 @@ def test_route_is_shown_when_all_pieces_have_come() -> None:
 
 
 def test_a_lost_piece_of_the_route_is_asked_for_again() -> None:
-    link = FakeLink()
+    link, lost = FakeLink(), Ask(WireType.PATH)
 
     async def work(station: Station) -> None:
+        link.say(Beat(0, 50, MissionState.FOLLOW, path_revision=1, path_total=8))
         link.say(RoutePiece(1, 0, 8, (GOAL,) * 6))
-        for drone_ms in range(0, 1951, 50):
+        for drone_ms in range(50, 301, 50):
             link.say(telemetry(drone_ms, MissionState.FOLLOW))
         await heard(link)
-        assert SnapshotRequest() not in link.sent
-        for drone_ms in range(2000, 3001, 50):
+        assert link.sent.count(lost) == 1
+        for drone_ms in range(350, 601, 50):
             link.say(telemetry(drone_ms, MissionState.FOLLOW))
         await heard(link)
-        assert link.sent.count(SnapshotRequest()) == 1
+        assert link.sent.count(lost) == 2
         link.say(RoutePiece(1, 6, 8, (GOAL,) * 2))
-        for drone_ms in range(3000, 9001, 50):
+        for drone_ms in range(650, 5001, 50):
             link.say(telemetry(drone_ms, MissionState.FOLLOW))
         await heard(link)
-        assert link.sent.count(SnapshotRequest()) == 1
+        assert link.sent.count(lost) == 2
+        assert station.picture.route == (GOAL,) * 8
 
     with_station(link, work)

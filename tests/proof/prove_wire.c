@@ -10,7 +10,9 @@ int main(void) {
   uint8_t again[WIRE_PACKET_BYTES];
   uint8_t bytes[WIRE_MAP_BYTES];
   wire_message_t message;
-  wire_map_piece_t piece;
+  uint8_t epoch;
+  wire_map_t map;
+  wire_tile_t tile;
   for (int i = 0; i < WIRE_PACKET_BYTES; i++) {
     packet[i] = any_u8;
   }
@@ -28,18 +30,23 @@ int main(void) {
     message.body.path.points_m[i] = any_vec2();
   }
   wire_encode(&message, again);
-  memset(&piece, 0, sizeof piece);
   for (int i = 0; i < WIRE_MAP_BYTES; i++) {
     bytes[i] = any_u8;
   }
-  if (wire_map_decode(bytes, &piece)) {
-    wire_map_encode(&piece, bytes);
+  wire_map_open(&map, bytes, &epoch);
+  while (wire_map_read(&map, &tile)) {
   }
-  piece.point_count = any_u8;
-  for (int i = 0; i < WIRE_MAP_POINTS; i++) {
-    piece.point_cell[i] = any_u8;
-    piece.point_eighths[i] = any_u8;
+  memset(&tile, 0, sizeof tile);
+  wire_map_begin(&map, any_u8, any_u8);
+  tile.tile = map.tile;
+  tile.first_point = any_u8;
+  for (int i = 0; i < WIRE_MAP_CELLS; i++) {
+    tile.states[i] = any_u8 % 3u;
+    tile.eighths[i] = any_u8;
   }
-  wire_map_encode(&piece, bytes);
+  for (int i = 0; i < 3 && wire_map_add(&map, &tile); i++) {
+    tile.tile++;
+  }
+  wire_map_end(&map);
   return 0;
 }

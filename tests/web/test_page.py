@@ -25,6 +25,7 @@ from ground.web.cockpit import Cockpit
 from ground.web.server import page_server
 from ground.words import SELF_TEST_WORDS
 from tests.ground.fakelink import FakeLink
+from tests.ground.stations import packet_of
 
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
 WAIT_MS = 20_000
@@ -152,7 +153,7 @@ def test_the_map_is_drawn_where_it_lies(page: Page, ground: Ground) -> None:
     states = bytearray([CellState.FREE] * 64)
     states[0:8] = [CellState.OCCUPIED] * 8
     ranges = Ranges(1000, 1.0, 2.0, None, 0.5, None)
-    pieces = [MapPiece(tile, 0, bytes(states), ()) for tile in range(256)]
+    pieces = [packet_of(MapPiece(tile, 0, bytes(states), ())) for tile in range(256)]
     ground.call(lambda: ground.link.say(ranges, *pieces))
     expect(page.locator("#map-complete")).to_have_text("100 %", timeout=WAIT_MS)
     page.wait_for_timeout(2000)

@@ -32,16 +32,17 @@ from ground.model import (
 )
 from ground.station import Station
 from ground.web.cockpit import Cockpit
-from ground.web.frames import MAP_HEADER, map_frame, state_frame
+from ground.web.frames import MAP_HEADER, NO_TRAIL, map_frame, state_frame
 from ground.web.server import make_app
 from tests.ground.fakelink import FakeLink
+from tests.ground.stations import packet_of
 
 BASE = "http://127.0.0.1:8765"
 SOCKET = "ws://127.0.0.1:8765/socket"
 ORIGIN = {"origin": BASE}
 
 
-FREE_TILE = MapPiece(0, 0, bytes([CellState.FREE] * 64), ())
+FREE_TILE = packet_of(MapPiece(0, 0, bytes([CellState.FREE] * 64), ()))
 
 
 def flying(drone_ms: int = 1000) -> Telemetry:
@@ -188,7 +189,7 @@ def test_every_event_is_told_in_words(code: EventCode) -> None:
     cockpit = Cockpit(Station(FakeLink()))
     assert cockpit.station is not None
     cockpit.station.picture.take(Event(1, 100, code, 1, Point(0.0, 0.0)), 0.0)
-    text, _ = state_frame(cockpit, 0)
+    text, _ = state_frame(cockpit, NO_TRAIL)
     assert [bool(event["words"]) for event in json.loads(text)["events"]] == [True]
 
 
@@ -256,11 +257,11 @@ def test_dead_man_leaves_a_flight_alone_that_no_page_began(drone: Drone) -> None
 
 def test_state_frame_is_plain_json_with_and_without_a_drone() -> None:
     cockpit = Cockpit()
-    text, _ = state_frame(cockpit, 0)
+    text, _ = state_frame(cockpit, NO_TRAIL)
     assert json.loads(text)["link"]["state"] == "closed"
     cockpit.station = Station(FakeLink())
     cockpit.station.picture.take(flying(), 0.0)
-    frame = json.loads(state_frame(cockpit, 0)[0])
+    frame = json.loads(state_frame(cockpit, NO_TRAIL)[0])
     assert frame["drone"]["pose"] == [1.0, 2.0, 0.4, 0.5]
     assert frame["mission"]["words"] == "flying"
 
@@ -274,7 +275,7 @@ def test_trail_is_sent_once() -> None:
         pose = Pose(float(i), 0.0, 0.4, 0.0)
         telemetry = Telemetry(i, pose, moved.goal, moved.state, moved.fault, 100)
         picture.take(telemetry, 0.0)
-    text, sent = state_frame(cockpit, 0)
+    text, sent = state_frame(cockpit, NO_TRAIL)
     assert json.loads(text)["trail"] == [[float(i), 0.0] for i in range(5)]
     text, again = state_frame(cockpit, sent)
     assert (json.loads(text)["trail"], json.loads(text)["trail_from"]) == ([], 5)
@@ -285,7 +286,7 @@ def test_map_frame_carries_cells_and_points() -> None:
     station = Station(FakeLink())
     states = bytearray([CellState.FREE] * 64)
     states[1] = CellState.OCCUPIED
-    station.picture.take(MapPiece(0, 0, bytes(states), ((1, 0o52),)), 0.0)
+    station.picture.take(packet_of(MapPiece(0, 0, bytes(states), ((1, 0o52),))), 0.0)
     frame = map_frame(station.picture)
     revision, side, _, cell_m, _, _ = MAP_HEADER.unpack_from(frame)
     assert (revision, side) == (1, GRID_SIDE_CELLS)

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma GCC optimize("fp-contract=off")
+#include "history.h"
+
+#include <math.h>
+
+static const float STEP_M = 0.15f;  ///< between two poses
+static const float FELT_M = 0.002f; ///< in a tick; less is odometry that SLAM scales
+static const float FELT_RAD = 0.003f;
+static const float WORTH_M = 0.01f; ///< of a correction
+static const float WORTH_RAD = 0.009f;
+static const float UNIT_PER_M = 1.0e3f;
+static const float UNIT_PER_RAD = 1.0e4f;
+static const float UNIT_MAX = 32767.0f;
+
+static const pose2_t NONE = {0.0f, 0.0f, 0.0f};
+
+static int16_t units(float value, float per) {
+  return (int16_t)floorf(geometry_clamp(value * per, -UNIT_MAX, UNIT_MAX) + 0.5f);
+}
+
+static void record(history_t *history, const nav_t *nav, wire_record_kind_t kind, pose2_t pose) {
+  history->records[history->next % HISTORY_RECORDS] = (wire_record_t){
+      .time_ms = nav->input.odometry.time_ms,
+      .x_mm = units(pose.x_m, UNIT_PER_M),
+      .y_mm = units(pose.y_m, UNIT_PER_M),
+      .yaw_1e4_rad = units(pose.yaw_rad, UNIT_PER_RAD),
+      .kind = (uint8_t)kind,
+  };
+  history->next++;
+  history->kept += history->kept < HISTORY_RECORDS ? 1u : 0u;
+}
+
+static bool apart(pose2_t a, pose2_t b, float far_m, float far_rad) {
+  return vec2_distance(pose2_position(a), pose2_position(b)) > far_m ||
+         fabsf(geometry_wrap_rad(a.yaw_rad - b.yaw_rad)) > far_rad;
+}
+
+/** What moved the pose in this tick beside odometry. */
+static void feel(history_t *history, pose2_t pose, pose2_t odometry) {
+  pose2_t step = pose2_compose(pose2_inverse(history->odometry), odometry);
+  pose2_t felt = pose2_compose(history->pose, step);
+  if (apart(pose, felt, FELT_M, FELT_RAD)) {
+    pose2_t off = pose2_compose(pose, pose2_inverse(felt));
+    history->correction = pose2_compose(off, history->correction);
+  }
+  history->pose = pose;
+  history->odometry = odometry;
+}
+
+static void tell_correction(history_t *history, const nav_t *nav) {
+  pose2_t before = pose2_compose(pose2_inverse(history->correction), nav->pose);
+  bool found = history->lost && !nav->mission.lost;
+  if (found || apart(before, nav->pose, WORTH_M, WORTH_RAD)) {
+    record(history, nav, found ? WIRE_RECORD_FOUND : WIRE_RECORD_MATCHED, history->correction);
+    history->correction = NONE;
+  }
+}
+
+void history_step(history_t *history, const nav_t *nav) {
+  if (!nav->mapped) {
+    history->correction = NONE;
+    history->pose = nav->pose;
+    history->odometry = nav->input.odometry.pose;
+    history->lost = nav->mission.lost;
+    return;
+  }
+  feel(history, nav->pose, nav->input.odometry.pose);
+  if (nav->mission.lost && !history->lost) {
+    record(history, nav, WIRE_RECORD_LOST, nav->pose);
+    history->correction = NONE;
+  } else {
+    tell_correction(history, nav);
+  }
+  history->lost = nav->mission.lost;
+  vec2_t here_m = pose2_position(nav->pose);
+  if (mission_airborne(nav->mission.state) && vec2_distance(here_m, history->recorded_m) > STEP_M) {
+    history->recorded_m = here_m;
+    record(history, nav, WIRE_RECORD_POSE, nav->pose);
+  }
+}
+
+bool history_get(const history_t *history, uint16_t sequence, wire_history_t *found) {
+  uint16_t ago = (uint16_t)(history->next - sequence);
+  if (ago == 0 || ago > 0x7FFFu) {
+    return false;
+  }
+  if (ago > history->kept) {
+    ago = history->kept;
+  }
+  found->first = (uint16_t)(history->next - ago);
+  found->count = (uint8_t)(ago < WIRE_RECORDS_A_PACKET ? ago : WIRE_RECORDS_A_PACKET);
+  for (int i = 0; i < found->count; i++) {
+    found->records[i] = history->records[(uint16_t)(found->first + i) % HISTORY_RECORDS];
+  }
+  return found->count > 0;
+}

@@ -71,6 +71,8 @@ class Watch:
                 return self._judge_telemetry(message)
             case LinkChange(LinkState.LOST, detail):
                 raise LinkLost(f"the link to the drone is gone: {detail}")
+            case LinkChange(LinkState.RESTARTED, detail):
+                raise LinkLost(detail)
         return None
 
     def _judge_event(self, event: Event) -> Outcome | None:

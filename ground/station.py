@@ -31,6 +31,7 @@ from ground.model import (
     Hello,
     HelloRequest,
     Incoming,
+    LinkChange,
     LinkState,
     LinkStats,
     Outgoing,
@@ -54,6 +55,7 @@ BEAT_WALL_S = 0.5
 ROUTE_PATIENCE_MS = 2000
 RESTART_MS = 1000  # the drone's clock goes back by more: it was restarted
 LISTENER_MESSAGES = 1024
+_NEW_AFTER = (LinkState.RECONNECTING, LinkState.RESTARTED)
 
 
 class Listener:
@@ -220,6 +222,8 @@ class Station:
     def _take(self, message: Incoming) -> None:
         epoch = self.picture.map.epoch
         before_ms = self.picture.drone_ms
+        if isinstance(message, LinkChange):
+            self._link_changed(message)
         self.picture.take(message, time.monotonic())
         if self.picture.drone_ms < before_ms - RESTART_MS or self.picture.map.epoch != epoch:
             self._link.send(HelloRequest())
@@ -228,6 +232,12 @@ class Station:
             self._beat()
         for listener in self._listeners:
             listener.put(message)
+
+    def _link_changed(self, change: LinkChange) -> None:
+        if change.state is LinkState.RESTARTED:
+            self.picture = Picture()
+        if change.state is LinkState.CONNECTED and self.picture.link.state in _NEW_AFTER:
+            self.ask_snapshot()
 
     def _recover_route(self) -> None:
         """A piece of the route that is missing for long was lost: ask again."""
@@ -258,6 +268,8 @@ async def _heard(
     until_s = time.monotonic() + limit_s
     while (left_s := until_s - time.monotonic()) > 0:
         message = await listener.next(left_s)
+        if isinstance(message, LinkChange) and message.state is LinkState.RESTARTED:
+            raise LinkLost(message.detail)  # what was asked of the drone is forgotten there
         if message is not None and (found := answer(message)) is not None:
             return found
     return None

@@ -14,6 +14,7 @@ from ground.checks import Check, Files, write_report
 from ground.core import MissionCmd, MissionReason
 from ground.errors import LinkLost, NotReached
 from ground.flight import Outcome, fly
+from ground.link_kept import KeptLink
 from ground.link_radio import RadioLink
 from ground.link_replay import ReplayLink
 from ground.mapfile import load_map, save_map
@@ -37,8 +38,8 @@ MAP_PATIENCE_S = 30.0
 
 @contextlib.asynccontextmanager
 async def _flying(uri: str, files: Files, out: Console) -> AsyncIterator[Station]:
-    radio = RadioLink(uri)
-    link = RecordedLink(radio, files.recording) if files.recording else radio
+    kept = KeptLink(lambda: RadioLink(uri))
+    link = RecordedLink(kept, files.recording) if files.recording else kept
     async with (
         station_on(link) as station,
         narrated(station, out),

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 from ground.core import EventCode, MissionCmd, MissionReason, MissionState
 from ground.errors import CommandRefused, LinkLost
+from ground.listener import Listener
 from ground.logstream import CLOCK_MS
 from ground.model import Event, Incoming, LinkChange, LinkState, Point, Telemetry
-from ground.station import Listener, Station
+from ground.station import Station
 from ground.words import REASON_WORDS, STATE_WORDS
 
 SILENCE_S = 10.0  # of the link, then the flight counts as lost from sight
@@ -71,6 +72,8 @@ class Watch:
                 return self._judge_telemetry(message)
             case LinkChange(LinkState.LOST, detail):
                 raise LinkLost(f"the link to the drone is gone: {detail}")
+            case LinkChange(LinkState.RESTARTED, detail):
+                raise LinkLost(detail)
         return None
 
     def _judge_event(self, event: Event) -> Outcome | None:

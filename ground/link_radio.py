@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Link over cflib: radio, USB, serial, and UDP to a simulator. The only file that imports cflib.
+"""Link over cflib: radio, USB, serial, and UDP to a simulator. With link_drivers all of cflib.
 
 Threads: cflib calls back on its own threads; everything that it brings goes through one Inbox to
 the loop. Calls into cflib may block, so one worker thread makes them all, in order.
@@ -8,22 +8,20 @@ the loop. Calls into cflib may block, so one worker thread makes them all, in or
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
-import os
 import threading
 import time
 from collections.abc import AsyncIterator, Callable
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import TypeVar
 
-import cflib.crtp
 from cflib.crazyflie import Crazyflie
 from cflib.crazyflie.log import LogConfig
 from cflib.crtp.crtpstack import CRTPPacket, CRTPPort
 
 from ground.errors import LinkUnavailable, ProtocolMismatch
 from ground.inbox import Inbox
+from ground.link_drivers import cache_folder, check_uri, hang_up, init_drivers, last_line
 from ground.logblocks import LogBlock, log_blocks
 from ground.logstream import LogStream
 from ground.model import (
@@ -38,13 +36,17 @@ from ground.model import (
     SetParameter,
 )
 from ground.wire import decode_message, encode_request
+from ground.worker import Worker
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 ATTEMPTS = 3
 STALL_S = 2.0  # cflib waits for ever for a lost handshake packet over UDP
+OPENING_S = 10.0  # of a driver, before any packet
+CONNECTING_S = 60.0  # in all, however much is heard
 SILENT_S = 1.0
+LOST_S = 5.0
 WATCH_PERIOD_S = 0.05
 INBOX_MESSAGES = 4096
 UNSENT_MESSAGES = 64
@@ -59,13 +61,24 @@ class RadioLink:
         self._streams: list[tuple[LogStream, LogConfig]] = []
         self._cf: Crazyflie | None = None
         self._inbox: Inbox[Incoming] | None = None
-        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="cflib-calls")
+        self._worker = Worker("cflib-calls")
         self._unsent = threading.BoundedSemaphore(UNSENT_MESSAGES)
         self._unsent_dropped = 0
         self._bad_packets = 0
         self._heard_s = 0.0
         self._progress_s = 0.0
         self._watcher: asyncio.Task[None] | None = None
+
+    def parameter(self, name: str) -> float | None:
+        """What a parameter of any group was when last heard; None if there is none."""
+        group, _, short = name.partition(".")
+        known = self._cf.param.values if self._cf else {}
+        return float(known[group][short]) if short in known.get(group, {}) else None
+
+    @property
+    def latency_ms(self) -> float:
+        """There and back: the 95th percentile of late; 0 before the first echo."""
+        return float(self._cf.link_statistics.latency.latency) if self._cf else 0.0
 
     @property
     def stats(self) -> LinkStats:
@@ -81,8 +94,15 @@ class RadioLink:
 
     async def open(self) -> None:
         """Connect, with time limits of our own, and start the log blocks."""
-        if not cflib.crtp.CLASSES:
-            cflib.crtp.init_drivers(enable_serial_driver=True)
+        try:
+            await self._open()
+        except BaseException:
+            await self.close()
+            raise
+
+    async def _open(self) -> None:
+        check_uri(self.uri)
+        init_drivers()
         self._inbox = Inbox(asyncio.get_running_loop(), INBOX_MESSAGES)
         for attempt in range(1, ATTEMPTS + 1):
             try:
@@ -92,11 +112,7 @@ class RadioLink:
                 log.info("connecting to %s stalled (attempt %d)", self.uri, attempt)
         else:
             raise LinkUnavailable(f"{self.uri} answered, but connecting did not come to an end")
-        try:
-            self._prepare_logs(self._cf)
-        except ProtocolMismatch:
-            await self.close()
-            raise
+        self._prepare_logs(self._cf)
         self._inbox.put(LinkChange(LinkState.CONNECTED, f"connected to {self.uri}"))
         self._watcher = asyncio.create_task(self._watch())
 
@@ -107,10 +123,10 @@ class RadioLink:
             self._watcher = None
         if self._cf:
             cf, self._cf = self._cf, None
-            await self._call(_hang_up, cf)
+            await self._hang_up(cf)
         if self._inbox:
             self._inbox.close()
-        self._worker.shutdown(wait=False)
+        self._worker.close()
 
     def send(self, message: Outgoing) -> None:
         """Hand over to the worker thread; dropped and counted when that has fallen behind."""
@@ -138,22 +154,23 @@ class RadioLink:
             loop.call_soon_threadsafe(_settle, ready, error)
 
         cf = self._new_crazyflie(settle)
-        self._progress_s = time.monotonic()
         try:
-            await self._call(cf.open_link, self.uri)
+            await asyncio.wait_for(self._call(cf.open_link, self.uri), OPENING_S)
+            self._progress_s = begin_s = time.monotonic()
             while not ready.done():
                 await asyncio.wait([ready], timeout=0.1)
-                if time.monotonic() - self._progress_s > STALL_S:
+                now_s = time.monotonic()
+                if now_s - self._progress_s > STALL_S or now_s - begin_s > CONNECTING_S:
                     raise TimeoutError
             if error := ready.result():
-                raise LinkUnavailable(f"nobody answers at {self.uri} ({_last_line(error)})")
+                raise LinkUnavailable(f"nobody answers at {self.uri} ({last_line(error)})")
         except BaseException:
-            await self._call(_hang_up, cf)
+            await self._hang_up(cf)
             raise
         if cf.link is not None:
             # Else cflib waits for ever for an answer that UDP lost, and sends no more parameters.
             cf.link.needs_resending = True
-        cf.connection_lost.add_callback(self._on_lost)
+        cf.connection_lost.add_callback(lambda _uri, text: self._lose(last_line(text)))
         return cf
 
     def _prepare_logs(self, cf: Crazyflie) -> None:
@@ -189,14 +206,22 @@ class RadioLink:
                 state = LinkState.SILENT if silent else LinkState.CONNECTED
                 detail = f"nothing heard for {SILENT_S:.0f} s" if silent else "heard again"
                 self._inbox.put(LinkChange(state, detail))
+            if now_s - self._heard_s > LOST_S:
+                self._lose(f"nothing heard for {LOST_S:.0f} s")
+                return
             drone_ms = max(stream.drone_ms for stream, _ in self._streams)
             for stream, config in self._streams:
                 if stream.overdue(now_s, drone_ms):
                     self._worker.submit(_create_block, config)
             await asyncio.sleep(WATCH_PERIOD_S)
 
+    async def _hang_up(self, cf: Crazyflie) -> None:
+        """Have the link closed, unless a driver is stuck: then it is left behind."""
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(self._call(hang_up, cf), OPENING_S)
+
     def _call(self, function: Callable[..., T], *arguments: str) -> asyncio.Future[T]:
-        return asyncio.get_running_loop().run_in_executor(self._worker, function, *arguments)
+        return asyncio.wrap_future(self._worker.submit(function, *arguments))
 
     # --- worker thread ---------------------------------------------------------------------------
 
@@ -217,7 +242,7 @@ class RadioLink:
     # --- cflib's threads: nothing here may raise -------------------------------------------------
 
     def _new_crazyflie(self, settle: Callable[[str], None]) -> Crazyflie:
-        cf = Crazyflie(rw_cache=None if self.uri.startswith("udp://") else str(_cache_folder()))
+        cf = Crazyflie(rw_cache=None if self.uri.startswith("udp://") else str(cache_folder()))
         cf.packet_received.add_callback(self._on_packet)
         cf.fully_connected.add_callback(lambda _uri: settle(""))
         for failed in (cf.connection_failed, cf.connection_lost, cf.disconnected_link_error):
@@ -242,8 +267,9 @@ class RadioLink:
     def _on_parameter(self, name: str, value: str) -> None:
         self._put(ParameterValue(name, float(value)))
 
-    def _on_lost(self, _uri: str, text: str) -> None:
-        self._put(LinkChange(LinkState.LOST, _last_line(text)))
+    def _lose(self, detail: str) -> None:
+        """Any thread: no more will come."""
+        self._put(LinkChange(LinkState.LOST, detail))
         if self._inbox:
             self._inbox.close()
 
@@ -261,20 +287,3 @@ def _create_block(config: LogConfig) -> None:
     """Worker thread: (re)create the block; cflib starts it when that is acknowledged."""
     config.added = False
     config.start()
-
-
-def _cache_folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "wayflie" / "toc"
-
-
-def _last_line(text: str) -> str:
-    """cflib puts whole tracebacks into messages: keep the part that a user can read."""
-    lines = [line for line in text.splitlines() if line.strip()]
-    return lines[-1].split("] ")[-1].lower() if lines else "the link failed"
-
-
-def _hang_up(cf: Crazyflie) -> None:
-    """Close the link; cflib's pings are ended first, since one into a closed socket would raise."""
-    cf.link_statistics.stop()
-    cf.close_link()

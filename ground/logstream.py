@@ -14,6 +14,16 @@ OVERTAKEN_MS = 2000  # so far back: another packet overtook this one, or it came
 LONGEST_GAP_MS = 60_000  # longer than this is a restart, not a loss
 OVERDUE_MS = 600
 ANSWER_S = 0.1  # the drone gets so long to answer before it is asked again
+RESTART_MS = 1000  # its clock goes back by more only when it starts anew
+FASTEST = 1000  # a simulator's seconds a second
+
+
+def restarted(before_ms: int, now_ms: int, elapsed_s: float) -> bool:
+    """Whether a drone whose clock stood there before cannot have come to now_ms by waiting."""
+    forward_ms = (now_ms - before_ms) % CLOCK_MS
+    if forward_ms > CLOCK_MS // 2:
+        return CLOCK_MS - forward_ms > RESTART_MS
+    return forward_ms > LONGEST_GAP_MS + FASTEST * 1000 * elapsed_s
 
 
 def near(clock_ms: int, reference_ms: int) -> int:

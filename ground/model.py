@@ -220,6 +220,8 @@ class LinkState(Enum):
     CONNECTED = "connected"
     SILENT = "silent"
     LOST = "lost"
+    RECONNECTING = "reconnecting"
+    RESTARTED = "restarted"  # the drone: what was known of its flight and map is void
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from rich.console import Console
 from ground.core import EventCode, MissionCmd, MissionReason, MissionState
 from ground.errors import GroundError
 from ground.flight import Outcome, fly
+from ground.link_kept import KeptLink
 from ground.link_radio import RadioLink
 from ground.model import Event, LinkChange, LinkState, Point
 from ground.station import Station, station_on
@@ -22,7 +23,7 @@ from ground.words import REASON_WORDS, STATE_WORDS
 
 log = logging.getLogger(__name__)
 
-RETRY_S = 2.0
+RETRY_S = 0.5
 LANDING_S = 60.0
 SETTLING_S = 15.0
 SETTLING_RETRY_S = 0.2
@@ -55,8 +56,9 @@ async def _narrate(station: Station, console: Console) -> None:
                     place = f"({event.place.x_m:.2f}, {event.place.y_m:.2f})"
                     words = f"way point {place} left out: {REASON_WORDS[event.reason]}"
                     console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  [yellow]{words}[/]")
-                case LinkChange(LinkState.SILENT, detail):
-                    console.print(f"[yellow]link: {detail}[/]")
+                case LinkChange(state, detail):
+                    colour = "green" if state is LinkState.CONNECTED else "yellow"
+                    console.print(f"[{colour}]link: {detail}[/]")
 
 
 @contextlib.asynccontextmanager
@@ -104,12 +106,13 @@ async def keep_connected(cockpit: Cockpit, uri: str, console: Console) -> None:
     told = ""
     while True:
         try:
-            async with station_on(RadioLink(uri)) as station:
+            async with station_on(KeptLink(lambda: RadioLink(uri))) as station:
                 console.print(f"connected to {uri}")
                 told, cockpit.station = "", station
                 async with narrated(station, console), landing_on_interrupt(station, console):
                     await station.ended()
         except GroundError as error:
+            cockpit.trouble = str(error)
             if str(error) != told:
                 told = str(error)
                 console.print(f"[yellow]{told}[/]")

@@ -22,6 +22,7 @@ from ground.core import (
 )
 from ground.errors import BadWaypoints, CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
 from ground.link import Link
+from ground.listener import Listener
 from ground.model import (
     Ack,
     AppRequest,
@@ -34,6 +35,7 @@ from ground.model import (
     HelloRequest,
     History,
     Incoming,
+    LinkChange,
     LinkState,
     LinkStats,
     Outgoing,
@@ -56,31 +58,7 @@ REPEATS = 25
 WAYPOINT_LIMIT_M = 30.0
 BEAT_DRONE_MS = 500
 BEAT_WALL_S = 0.5
-LISTENER_MESSAGES = 1024
-
-
-class Listener:
-    """Everything that comes in from now on, for one reader; the oldest is lost if it is slow."""
-
-    def __init__(self) -> None:
-        self._queue: asyncio.Queue[Incoming | None] = asyncio.Queue(LISTENER_MESSAGES)
-
-    def put(self, message: Incoming | None) -> None:
-        """Add a message; None ends."""
-        if self._queue.full():
-            self._queue.get_nowait()
-        self._queue.put_nowait(message)
-
-    async def next(self, timeout_s: float | None = None) -> Incoming | None:
-        """The next message, or None after timeout_s. Raises LinkLost when no more will come."""
-        try:
-            message = await asyncio.wait_for(self._queue.get(), timeout_s)
-        except TimeoutError:
-            return None
-        if message is None:
-            self.put(None)
-            raise LinkLost("the link to the drone is gone")
-        return message
+_NEW_AFTER = (LinkState.RECONNECTING, LinkState.RESTARTED)
 
 
 class Station:
@@ -228,6 +206,8 @@ class Station:
         epoch = self.picture.map.epoch
         before_ms = self.picture.drone_ms
         now_s = time.monotonic()
+        if isinstance(message, LinkChange):
+            self._link_changed(message)
         self.picture.take(message, now_s)
         if isinstance(message, History):
             self.picture.take_history(message, self._recovery.records.first_missing or 0)
@@ -248,6 +228,12 @@ class Station:
         picture = self.picture
         for request in self._recovery.requests(picture.map, picture.route_known, picture.drone_ms):
             self._link.send(request)
+
+    def _link_changed(self, change: LinkChange) -> None:
+        if change.state is LinkState.RESTARTED:
+            self.picture, self._recovery = Picture(), Recovery()
+        if change.state is LinkState.CONNECTED and self.picture.link.state in _NEW_AFTER:
+            self.ask_snapshot()
 
     def _beat(self) -> None:
         self._beaten_ms = self.picture.drone_ms
@@ -271,6 +257,8 @@ async def _heard(
     until_s = time.monotonic() + limit_s
     while (left_s := until_s - time.monotonic()) > 0:
         message = await listener.next(left_s)
+        if isinstance(message, LinkChange) and message.state is LinkState.RESTARTED:
+            raise LinkLost(message.detail)  # what was asked of the drone is forgotten there
         if message is not None and (found := answer(message)) is not None:
             return found
     return None

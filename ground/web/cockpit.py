@@ -38,6 +38,8 @@ class Cockpit:
 
     def __init__(self, station: Station | None = None, dead_man_s: float = DEAD_MAN_S) -> None:
         self.station = station
+        self.trouble = "looking for the drone"
+        """Why there is no station."""
         self.stop_latched = False
         self._dead_man_s = dead_man_s
         self._pages = 0

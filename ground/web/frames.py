@@ -76,7 +76,7 @@ def _locked(picture: Picture) -> bool:
 
 def _link(cockpit: Cockpit) -> dict[str, Any]:
     if cockpit.station is None:
-        return {"state": LinkState.CLOSED.value, "detail": "looking for the drone"}
+        return {"state": LinkState.CLOSED.value, "detail": cockpit.trouble}
     link, stats = cockpit.station.picture.link, cockpit.station.stats
     return {
         "state": link.state.value,

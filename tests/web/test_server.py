@@ -198,7 +198,7 @@ def test_to_find_itself_it_needs_a_map() -> None:
     seen = [LinkChange(LinkState.CONNECTED, ""), flying()]
     for message, permitted in [*((m, False) for m in seen), (FREE_TILE, True)]:
         station.picture.take(message, 0.0)
-        frame = json.loads(state_frame(Cockpit(station), 0)[0])
+        frame = json.loads(state_frame(Cockpit(station), NO_TRAIL)[0])
         assert frame["can"]["relocalise"] is permitted
 
 

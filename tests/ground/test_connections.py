@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every way that people connect; simulators that die, fall silent and come back as others."""
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+import threading
+import tty
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from ground.cli import app
+from ground.core import MissionCmd, MissionReason, MissionState
+from ground.errors import LinkLost, LinkUnavailable
+from ground.flight import fly
+from ground.link_kept import KeptLink
+from ground.link_radio import RadioLink
+from ground.model import LinkState, Point
+from ground.sim.process import SimulatorProcess
+from ground.station import Station, station_on
+from tests.ground.uartbridge import UartBridge
+
+ARGUMENTS = ("--world", "empty", "--speed", "5")
+ONCE = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    while not condition():
+        await asyncio.sleep(0.01)
+
+
+async def link_is(station: Station, *states: LinkState) -> None:
+    """Pass through these, one after the other."""
+    for state in states:
+        await until(lambda state=state: station.picture.link.state is state)
+
+
+async def up_in_the_air(station: Station) -> None:
+    while True:
+        outcome = await fly(station, MissionCmd.TAKE_OFF)
+        if outcome.reason is not MissionReason.ESTIMATOR:
+            assert outcome.reached, outcome
+            return
+
+
+@ONCE
+def test_silence_is_survived_with_mission_and_map() -> None:
+    async def work(simulator: SimulatorProcess) -> None:
+        process = simulator._process
+        assert process is not None
+        async with station_on(KeptLink(lambda: RadioLink(simulator.uri))) as station:
+            await up_in_the_air(station)
+            known = station.picture.map.known_cells
+            assert known > 0
+            process.send_signal(signal.SIGSTOP)
+            await link_is(station, LinkState.SILENT)
+            process.send_signal(signal.SIGCONT)
+            await link_is(station, LinkState.CONNECTED)
+            before_ms = station.picture.drone_ms
+            await until(lambda: station.picture.drone_ms > before_ms + 1000)
+            assert station.picture.state.airborne
+            assert station.picture.map.known_cells >= known
+            assert (await fly(station, MissionCmd.LAND)).reached
+
+    with SimulatorProcess(*ARGUMENTS) as simulator:
+        asyncio.run(work(simulator))
+
+
+@ONCE
+def test_a_drone_that_comes_back_anew_is_known_as_such() -> None:
+    async def work(simulator: SimulatorProcess) -> None:
+        port = int(simulator.uri.rpartition(":")[2])
+        async with station_on(KeptLink(lambda: RadioLink(simulator.uri))) as station:
+            await up_in_the_air(station)
+            flight = asyncio.create_task(fly(station, MissionCmd.GOTO, Point(1.0, 0.5)))
+            await until(lambda: station.picture.state is MissionState.FOLLOW)
+            threads = threading.active_count()
+            for _ in range(2):
+                simulator.kill()
+                await link_is(station, LinkState.RECONNECTING)
+                with SimulatorProcess(*ARGUMENTS, port=port) as reborn:
+                    await link_is(station, LinkState.CONNECTED)
+                    await until(lambda: station.picture.telemetry is not None)
+                    assert station.picture.state is MissionState.IDLE
+                    assert station.picture.map.known_cells == 0
+                    assert not station.picture.trail
+                    await up_in_the_air(station)
+                    reborn.kill()
+            with pytest.raises(LinkLost, match="restarted"):
+                await flight
+            await until(lambda: threading.active_count() <= threads)
+
+    with SimulatorProcess(*ARGUMENTS) as simulator:
+        asyncio.run(work(simulator))
+
+
+@ONCE
+def test_a_flight_goes_on_over_a_break_of_the_link() -> None:
+    with SimulatorProcess(*ARGUMENTS) as simulator:
+        process = simulator._process
+        assert process is not None
+        command = [sys.executable, "-m", "ground", "goto", "1", "0", "--uri", simulator.uri]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as flight:
+            assert flight.stdout is not None
+            told = ""
+            for line in flight.stdout:
+                told += line
+                if "flying" in line and "looking for" not in told:
+                    process.send_signal(signal.SIGSTOP)
+                if "looking for the drone: nothing heard for 5 s" in line:
+                    process.send_signal(signal.SIGCONT)
+        assert flight.returncode == 0, told
+        assert "looking for" in told
+        assert simulator.stop()["true_pose"][2] < 0.05
+
+
+@ONCE
+def test_serial_through_cflibs_own_driver() -> None:
+    async def work(uri: str) -> None:
+        async with station_on(RadioLink(uri)) as station:
+            await until(lambda: station.picture.map.completeness == 1)
+            assert await station.set_parameter("way.goalX", 1.25) == 1.25
+            await up_in_the_air(station)
+            assert (await fly(station, MissionCmd.LAND)).reached
+            assert station.stats.bad_packets == 0
+
+    before = threading.active_count()
+    with SimulatorProcess(*ARGUMENTS) as simulator, UartBridge(simulator.uri) as uart:
+        asyncio.run(work(f"serial://{uart.path}"))
+    while threading.active_count() > before:  # a thread left behind fails by the time limit
+        pass
+
+
+@ONCE
+def test_a_serial_line_that_falls_silent_is_noticed_and_let_go() -> None:
+    async def work(uri: str, uart: UartBridge) -> None:
+        with pytest.raises(LinkLost, match="nothing heard"):
+            async with station_on(RadioLink(uri)) as station:
+                uart.cut()
+                await link_is(station, LinkState.SILENT)
+                await station.ended()
+
+    with SimulatorProcess(*ARGUMENTS) as simulator, UartBridge(simulator.uri) as uart:
+        asyncio.run(work(f"serial://{uart.path}", uart))
+
+
+def test_a_serial_line_with_nobody_at_its_end_is_told() -> None:
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    path = os.ttyname(slave)
+    with pytest.raises(LinkUnavailable, match=f"no cpx at {path}"):
+        asyncio.run(RadioLink(f"serial://{path}").open())
+    os.close(master)
+    os.close(slave)
+
+
+@ONCE
+@pytest.mark.parametrize(
+    ("uri", "why"),
+    [
+        ("radio://0/80/2M/E7E7E7E7E7", "nobody answers at {} (cannot find a crazyradio dongle)"),
+        ("usb://0", "nobody answers at {} (could not open usb://0)"),
+        ("serial://ttyNothing", "nobody answers at {} (could not identify device)"),
+        ("serial://../../etc/passwd", "nobody answers at {} (could not identify device)"),
+        ("udp://127.0.0.1", "'{}' should be udp://HOST:PORT"),
+        ("udp://:19850", "'{}' should be udp://HOST:PORT"),
+        ("udp://127.0.0.1:99999", "'{}' should be udp://HOST:PORT"),
+        ("19850", "'{}' is none of radio://0/CHANNEL/RATE/ADDRESS, usb://0, "),
+        ("", "'{}' is none of radio://"),
+    ],
+)
+def test_what_is_not_there_is_one_line(uri: str, why: str) -> None:
+    result = CliRunner().invoke(app, ["land", "--uri", uri])
+    assert result.exit_code == 1
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"wayflie: {why.format(uri)}")
+
+
+NATIVE = '''
+"""What stands for cflib's native library: the URI's port leads to a simulator by UDP."""
+import socket
+
+class Packet:
+    valid = False
+
+class Connection:
+    def __init__(self, uri):
+        if not uri.startswith("radio://"):
+            raise RuntimeError("not of this library")
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.connect(("127.0.0.1", int(uri.rpartition("/")[2])))
+        self.statistics = type("Statistics", (), {"sent_count": 0, "ack_count": 0})()
+
+    def send(self, packet):
+        header = packet.port << 4 | 0x0C | packet.channel
+        self._socket.send(bytes((header,)) + packet.payload)
+
+    def recv(self, timeout):
+        packet = Packet()
+        self._socket.settimeout(timeout / 1000)
+        try:
+            data = self._socket.recv(100)
+        except TimeoutError:
+            return packet
+        packet.valid, packet.port, packet.channel = True, data[0] >> 4, data[0] & 3
+        packet.payload = data[1:]
+        return packet
+
+    def close(self):
+        self._socket.close()
+
+    @staticmethod
+    def scan(*address):
+        return ["radio://native"]
+'''
+
+
+def test_the_native_link_is_taken_where_it_is_asked_for(tmp_path: Path) -> None:
+    (tmp_path / "cflinkcpp.py").write_text(NATIVE)
+    with SimulatorProcess(*ARGUMENTS) as simulator:
+        port = simulator.uri.rpartition(":")[2]
+        environment = os.environ | {"USE_CFLINK": "cpp", "PYTHONPATH": str(tmp_path)}
+        command = [sys.executable, "-m", "ground", "map", "save", str(tmp_path / "map.npz")]
+        done = subprocess.run(
+            [*command, "--uri", f"radio://{port}"], env=environment, capture_output=True, text=True
+        )
+    assert done.returncode == 0, done.stderr
+    assert "100% of the map received" in done.stdout
+
+
+def test_a_native_link_that_is_not_installed_is_told() -> None:
+    environment = os.environ | {"USE_CFLINK": "cpp"}
+    command = [sys.executable, "-m", "ground", "land", "--uri", "radio://0/80/2M"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "cflinkcpp, which is missing" in " ".join(done.stderr.split())

@@ -16,11 +16,10 @@ from ground.core import (
     MissionCmd,
     MissionReason,
     MissionState,
-    RecordKind,
     SelfTest,
     Source,
-    WireType,
 )
+from ground.missing import Ask, AskTiles, History
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,26 +178,6 @@ class Beat:
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
-    """Where the drone was; or how what it believed was corrected: a turn about the map's origin,
-    then a shift."""
-
-    drone_ms: int
-    kind: RecordKind
-    x_m: float
-    y_m: float
-    yaw_rad: float
-
-
-@dataclass(frozen=True, slots=True)
-class History:
-    """Records with numbers that follow one another, modulo 2^16."""
-
-    first: int
-    records: tuple[Record, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class Console:
     """Text that the firmware printed."""
 
@@ -263,22 +242,6 @@ class HelloRequest:
 @dataclass(frozen=True, slots=True)
 class SnapshotRequest:
     """Ask for hello, route and the whole map again."""
-
-
-@dataclass(frozen=True, slots=True)
-class Ask:
-    """Ask for what was lost: route, or events or records from a number on."""
-
-    what: WireType
-    first: int = 0
-    count: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class AskTiles:
-    """Ask for tiles of the map."""
-
-    tiles: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)

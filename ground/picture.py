@@ -8,13 +8,13 @@ from collections import deque
 from ground.core import MissionState, Source
 from ground.logstream import near
 from ground.map import GroundMap
+from ground.missing import History
 from ground.model import (
     Beat,
     Console,
     Event,
     Health,
     Hello,
-    History,
     Incoming,
     LinkChange,
     LinkState,

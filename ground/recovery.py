@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from ground.core import EVENTS_KEPT, RECORDS_KEPT, TILES_A_PACKET, WireType
 from ground.gaps import Gaps
 from ground.map import GroundMap
-from ground.model import AppRequest, Ask, AskTiles, Beat, Event, History, Incoming
+from ground.missing import Ask, AskTiles, History
+from ground.model import AppRequest, Beat, Event, Incoming
 
 RESTART_MS = 1000  # the drone's clock goes back by more: it was restarted
 ROUTE_EVERY_MS = 300

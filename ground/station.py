@@ -23,6 +23,7 @@ from ground.core import (
 from ground.errors import BadWaypoints, CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
 from ground.link import Link
 from ground.listener import Listener
+from ground.missing import History
 from ground.model import (
     Ack,
     AppRequest,
@@ -33,7 +34,6 @@ from ground.model import (
     Heartbeat,
     Hello,
     HelloRequest,
-    History,
     Incoming,
     LinkChange,
     LinkState,

@@ -9,7 +9,8 @@ from collections import deque
 
 from ground.core import RecordKind
 from ground.logstream import near
-from ground.model import History, Point, Record, Telemetry
+from ground.missing import History, Record
+from ground.model import Point, Telemetry
 
 POINTS = 4000
 STEP_M = 0.05

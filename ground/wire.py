@@ -21,22 +21,19 @@ from ground.core import (
     ffi,
     lib,
 )
+from ground.missing import Ask, AskTiles, History, Record
 from ground.model import (
     Ack,
     AppMessage,
     AppRequest,
-    Ask,
-    AskTiles,
     Beat,
     Command,
     Event,
     Heartbeat,
     Hello,
     HelloRequest,
-    History,
     MapPiece,
     Point,
-    Record,
     RoutePiece,
     SnapshotRequest,
     Waypoints,

@@ -14,13 +14,13 @@ from ground.core import MissionCmd, MissionReason
 from ground.errors import NoAnswer
 from ground.flight import Outcome, Watch
 from ground.logblocks import LogBlock, log_blocks
+from ground.missing import History
 from ground.model import (
     Ack,
     AppRequest,
     Command,
     Heartbeat,
     HelloRequest,
-    History,
     Incoming,
     Point,
     Telemetry,

@@ -23,21 +23,74 @@ SIDE_CELLS, TILE_CELLS, TILES = 128, 8, 256
 IDLE, HOVER, FAULT = 0, 6, 9
 GO_TO, LAND = 2, 5
 NOT_SETTLED = 5
-HELLO_REQUEST = struct.pack("<BBB14x", 1, 1, 1)
+HELLO_REQUEST = struct.pack("<BBB14x", 2, 1, 1)
 LIMIT_S = 100.0
 
 Taker = Callable[[int, dict, LogConfig], None]
 
 
-def decode_tile(piece: bytes) -> tuple[int, list[int]] | None:
-    """Tile number and its 64 states (0 unknown, 1 free, 2 occupied); None if the check fails."""
+class Bits:
+    """The payload of a piece, lowest bit first; zeros behind its end."""
+
+    def __init__(self, payload: bytes) -> None:
+        self.left = 8 * len(payload)
+        self._value = int.from_bytes(payload, "little")
+
+    def take(self, count: int) -> int:
+        taken = self._value & ((1 << count) - 1)
+        self._value >>= count
+        self.left -= count
+        return taken
+
+
+def expected(cells: list[int]) -> int:
+    """The state that the cells so far let expect of the next one."""
+    at, side = len(cells), TILE_CELLS
+    if at % side == 0:
+        return cells[at - side] if at else 0
+    if at < side or cells[at - side - 1] != cells[at - 1]:
+        return cells[at - 1]
+    return cells[at - side]
+
+
+def mixed_cells(bits: Bits) -> list[int]:
+    cells: list[int] = []
+    if bits.take(1):
+        for _ in range(13):
+            five = bits.take(8)
+            cells += [five // 3**i % 3 for i in range(5)]
+        return cells[:64]
+    while len(cells) < 64:
+        gap = bits.take(4)
+        for _ in range(min(gap, 64 - len(cells))):
+            cells.append(expected(cells))
+        if gap < 15 and len(cells) < 64:
+            cells.append((expected(cells) + 1 + bits.take(1)) % 3)
+    return cells
+
+
+def decode_piece(piece: bytes) -> dict[int, list[int]]:
+    """States by tile (0 unknown, 1 free, 2 occupied); points are left out. Empty if damaged."""
     check = 2166136261
-    for byte in (*piece[:25], piece[25] & 3):
+    for byte in (piece[1] & 3, piece[0], *piece[3:]):
         check = (check ^ byte) * 16777619 & 0xFFFFFFFF
-    check ^= check >> 16
-    if (check ^ check >> 6) & 63 != piece[25] >> 2:
-        return None
-    return piece[24], [piece[i // 4] >> (i % 4 * 2) & 3 for i in range(64)]
+    if (check ^ check >> 14 ^ check >> 28) & 0x3FFF != piece[1] >> 2 | piece[2] << 6:
+        return {}
+    tile, bits, tiles = piece[0], Bits(piece[3:]), {}
+    while tile < TILES and bits.left >= 2 and (kind := bits.take(2)) < 3:
+        if kind < 2:
+            for _ in range(bits.take(4) + 1):
+                tiles[tile] = [kind] * 64
+                tile += 1
+            continue
+        tiles[tile] = mixed_cells(bits)
+        if not bits.take(1):  # not all points fit: nothing else follows
+            break
+        for _ in range(tiles[tile].count(2)):
+            if bits.take(1):
+                bits.take(6)
+        tile += 1
+    return tiles
 
 
 class Flight:
@@ -65,16 +118,14 @@ class Flight:
         block.start()
 
     def take_packet(self, packet: bytearray) -> None:
-        if bytes(packet[:2]) == b"\1\1":
+        if bytes(packet[:2]) == b"\2\1":
             cell_mm, _, x_m, y_m = struct.unpack("<5xHHff", bytes(packet))
             self.hello = {"cell_m": cell_mm / 1000, "origin_m": [x_m, y_m]}
             self.greeted.set()
 
     def take_piece(self, time_ms: int, values: dict[str, int], block: LogConfig) -> None:
         words = [values[f"waymap.m{i}"] for i in range(7)]
-        tile = decode_tile(struct.pack("<6IH", *words))
-        if tile is not None:
-            self.tiles[tile[0]] = tile[1]
+        self.tiles |= decode_piece(struct.pack("<6IH", *words))
 
     def take_status(self, time_ms: int, values: dict[str, float], block: LogConfig) -> None:
         self.heard_s = time.monotonic()

@@ -9,8 +9,8 @@ import pytest
 
 from ground.core import MissionCmd, MissionReason, MissionState, WireType
 from ground.errors import CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
+from ground.missing import Ask
 from ground.model import (
-    Ask,
     Beat,
     Command,
     EmergencyStop,

@@ -28,20 +28,17 @@ from ground.core import (
     ffi,
     lib,
 )
+from ground.missing import Ask, AskTiles, History, Record
 from ground.model import (
     Ack,
-    Ask,
-    AskTiles,
     Beat,
     Command,
     Event,
     Heartbeat,
     Hello,
     HelloRequest,
-    History,
     MapPiece,
     Point,
-    Record,
     RoutePiece,
     SnapshotRequest,
 )

@@ -170,7 +170,7 @@ def test_memory_is_empty_and_every_access_fails(client: RawClient) -> None:
 
 
 def test_app_channel_reaches_the_app_and_all_clients(simulator: SimulatorProcess) -> None:
-    version, command, ack, sequence, nonsense = 1, 2, 3, 0x1234, 99
+    version, command, ack, sequence, nonsense = 2, 2, 3, 0x1234, 99
     with RawClient(simulator.uri) as one, RawClient(simulator.uri) as other:
         other.ask(LINK, 1)
         request = struct.pack("<BBHBff", version, command, sequence, nonsense, 0.0, 0.0)

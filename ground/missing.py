@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Words for what the drone tells by number and keeps for a while, and for asking for it again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ground.core import RecordKind, WireType
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """Where the drone was; or how what it believed was corrected: a turn about the map's origin,
+    then a shift."""
+
+    drone_ms: int
+    kind: RecordKind
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """Records with numbers that follow one another, modulo 2^16."""
+
+    first: int
+    records: tuple[Record, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """Ask for what was lost: route, or events or records from a number on."""
+
+    what: WireType
+    first: int = 0
+    count: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class AskTiles:
+    """Ask for tiles of the map."""
+
+    tiles: tuple[int, ...]

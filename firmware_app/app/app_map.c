@@ -15,7 +15,8 @@ static uint8_t taken_before;    ///< at the last refill
 
 static uint8_t current[WIRE_MAP_BYTES];
 static uint32_t current_ms;
-static uint8_t sampled = (1u << VARIABLES) - 1u; ///< variables of the current piece that were sampled
+static uint8_t sampled =
+    (1u << VARIABLES) - 1u; ///< variables of the current piece that were sampled
 
 _Static_assert(256 % RING_PIECES == 0, "the counters wrap with the ring");
 

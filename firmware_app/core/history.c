@@ -4,16 +4,12 @@
 
 #include <math.h>
 
-static const float STEP_M = 0.15f;  ///< between two poses
-static const float FELT_M = 0.002f; ///< in a tick; less is odometry that SLAM scales
-static const float FELT_RAD = 0.003f;
-static const float WORTH_M = 0.01f; ///< of a correction
-static const float WORTH_RAD = 0.009f;
+static const float STEP_M = 0.15f;   ///< between two poses
+static const float WORTH_M = 0.005f; ///< in a tick; less is odometry that SLAM scales
+static const float WORTH_RAD = 0.0045f;
 static const float UNIT_PER_M = 1.0e3f;
 static const float UNIT_PER_RAD = 1.0e4f;
 static const float UNIT_MAX = 32767.0f;
-
-static const pose2_t NONE = {0.0f, 0.0f, 0.0f};
 
 static int16_t units(float value, float per) {
   return (int16_t)floorf(geometry_clamp(value * per, -UNIT_MAX, UNIT_MAX) + 0.5f);
@@ -31,47 +27,26 @@ static void record(history_t *history, const nav_t *nav, wire_record_kind_t kind
   history->kept += history->kept < HISTORY_RECORDS ? 1u : 0u;
 }
 
-static bool apart(pose2_t a, pose2_t b, float far_m, float far_rad) {
-  return vec2_distance(pose2_position(a), pose2_position(b)) > far_m ||
-         fabsf(geometry_wrap_rad(a.yaw_rad - b.yaw_rad)) > far_rad;
-}
-
-/** What moved the pose in this tick beside odometry. */
-static void feel(history_t *history, pose2_t pose, pose2_t odometry) {
-  pose2_t step = pose2_compose(pose2_inverse(history->odometry), odometry);
-  pose2_t felt = pose2_compose(history->pose, step);
-  if (apart(pose, felt, FELT_M, FELT_RAD)) {
-    pose2_t off = pose2_compose(pose, pose2_inverse(felt));
-    history->correction = pose2_compose(off, history->correction);
-  }
-  history->pose = pose;
-  history->odometry = odometry;
-}
-
-static void tell_correction(history_t *history, const nav_t *nav) {
-  pose2_t before = pose2_compose(pose2_inverse(history->correction), nav->pose);
+static void tell_correction(history_t *history, const nav_t *nav, pose2_t felt) {
   bool found = history->lost && !nav->mission.lost;
-  if (found || apart(before, nav->pose, WORTH_M, WORTH_RAD)) {
-    record(history, nav, found ? WIRE_RECORD_FOUND : WIRE_RECORD_MATCHED, history->correction);
-    history->correction = NONE;
+  vec2_t off_m = vec2_sub(pose2_position(nav->pose), pose2_position(felt));
+  float off_rad = geometry_wrap_rad(nav->pose.yaw_rad - felt.yaw_rad);
+  if (found || vec2_norm(off_m) > WORTH_M || fabsf(off_rad) > WORTH_RAD) {
+    record(history, nav, found ? WIRE_RECORD_FOUND : WIRE_RECORD_MATCHED,
+           pose2_compose(nav->pose, pose2_inverse(felt)));
   }
 }
 
 void history_step(history_t *history, const nav_t *nav) {
-  if (!nav->mapped) {
-    history->correction = NONE;
-    history->pose = nav->pose;
-    history->odometry = nav->input.odometry.pose;
-    history->lost = nav->mission.lost;
-    return;
-  }
-  feel(history, nav->pose, nav->input.odometry.pose);
+  pose2_t odometry = nav->input.odometry.pose;
+  pose2_t step = pose2_compose(pose2_inverse(history->odometry), odometry);
   if (nav->mission.lost && !history->lost) {
     record(history, nav, WIRE_RECORD_LOST, nav->pose);
-    history->correction = NONE;
-  } else {
-    tell_correction(history, nav);
+  } else if (mission_airborne(nav->mission.state)) { // on the ground odometry may begin anew
+    tell_correction(history, nav, pose2_compose(history->pose, step));
   }
+  history->odometry = odometry;
+  history->pose = nav->pose;
   history->lost = nav->mission.lost;
   vec2_t here_m = pose2_position(nav->pose);
   if (mission_airborne(nav->mission.state) && vec2_distance(here_m, history->recorded_m) > STEP_M) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /** @file history.h  Where the drone was, and by how much it was corrected: records with sequence
  * numbers, the last of them kept so that the ground may ask for what it missed. Looks at nav after
- * each tick: what moves the pose otherwise than odometry does is a correction. */
+ * each tick: what moves the pose by more than odometry explains is a correction. */
 #ifndef HISTORY_H
 #define HISTORY_H
 
@@ -18,7 +18,6 @@ typedef struct {
   uint8_t kept;                           ///< as many as are still there
   bool lost;
   pose2_t pose, odometry; ///< of the tick before
-  pose2_t correction;     ///< not recorded yet
   vec2_t recorded_m;      ///< the last pose
 } history_t;
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+from collections.abc import Sequence
 from itertools import islice
 from typing import Any
 
@@ -13,19 +14,23 @@ from ground.core import EventCode, MissionState, SelfTest
 from ground.model import Event, LinkState, Point
 from ground.picture import Picture
 from ground.web.cockpit import Cockpit
+from ground.web.fleet import COLOURS, Fleet
 from ground.words import REASON_WORDS, SELF_TEST_WORDS, SOURCE_WORDS, STATE_WORDS
 
 EVENTS_SHOWN = 12
 MAP_HEADER = struct.Struct("<IHHfff")  # revision, side, reserved, cell, origin x and y [m]
 
 
-def state_frame(cockpit: Cockpit, trail_from: int) -> tuple[str, int]:
+def state_frame(
+    cockpit: Cockpit, trail_from: int, fleet: Sequence[dict[str, Any]] = ()
+) -> tuple[str, int]:
     """JSON of the whole state, with the trail from there on. @return it and the next trail_from"""
     station = cockpit.station
     picture = station.picture if station else Picture()
     trail, trail_next = _trail(picture, trail_from)
     frame = {
         "kind": "state",
+        "fleet": fleet,
         "stop": {"latched": cockpit.stop_latched, "confirmed": _locked(picture)},
         "link": _link(cockpit),
         "mission": _mission(picture),
@@ -41,6 +46,24 @@ def state_frame(cockpit: Cockpit, trail_from: int) -> tuple[str, int]:
         "can": _permitted(cockpit, picture),
     }
     return json.dumps(frame, allow_nan=False), trail_next
+
+
+def fleet_rows(fleet: Fleet, chosen: int) -> list[dict[str, Any]]:
+    """All drones in short, as the page of one of them shows them."""
+    return [_member(fleet, chosen, number) for number in range(len(fleet.members))]
+
+
+def _member(fleet: Fleet, chosen: int, number: int) -> dict[str, Any]:
+    member = fleet.members[number]
+    station, pose = member.cockpit.station, fleet.seen_from(chosen, number)
+    return {
+        "name": member.name,
+        "colour": COLOURS[number % len(COLOURS)],
+        "chosen": number == chosen,
+        "link": _link(member.cockpit)["state"],
+        "words": _mission(station.picture)["words"] if station else member.cockpit.trouble,
+        "pose": pose and [_round(v) for v in (pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)],
+    }
 
 
 def map_frame(picture: Picture) -> bytes:

@@ -65,7 +65,8 @@ function show() {
   $("detail").textContent = mission.fault;
   showLink(link);
   $("stop").hidden = latched;
-  $("stop-whom").textContent = fleet.length > 1 ? "cuts all motors, all drones fall" : "cuts the motors, the drone falls";
+  const several = fleet.length > 1;
+  $("stop-whom").textContent = several ? "cuts all motors, all drones fall" : "cuts the motors, the drone falls";
   $("latched").hidden = !latched && !confirmed;
   $("release").hidden = !latched;
   $("latched-text").textContent = confirmed

@@ -18,6 +18,7 @@ from ground import __version__
 from ground.checks import Files
 from ground.cli_bench import bench_app
 from ground.cli_campaign import campaign
+from ground.cli_connections import Port, add_connections
 from ground.cli_missions import add_missions
 from ground.cli_parts import EXIT_INTERRUPTED, SIMULATOR_URI, JsonFile, Record, Uri, err, fail, out
 from ground.errors import GroundError
@@ -35,10 +36,6 @@ map_app = typer.Typer(help="The map that the drone has made.", no_args_is_help=T
 app.add_typer(map_app, name="map")
 app.add_typer(bench_app, name="bench")
 app.command()(campaign)
-
-Port = Annotated[
-    int | None, typer.Option(min=0, max=65535, help="Of the page; the usual or a free one.")
-]
 
 
 def _run(work: Coroutine[Any, Any, bool]) -> None:
@@ -107,12 +104,7 @@ def sim(ctx: typer.Context) -> None:
     simulator(args=ctx.args, prog_name="wayflie sim")
 
 
-@app.command()
-def ground(uri: Uri = SIMULATOR_URI, port: Port = None) -> None:
-    """Serve the page for a drone: the map, its state, and buttons to fly it."""
-    from ground.commands import serve_ground
-
-    _run(serve_ground(uri, port, out))
+add_connections(app, _run)
 
 
 @app.command()

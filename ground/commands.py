@@ -30,6 +30,7 @@ from ground.session import (
 )
 from ground.station import Station, station_on
 from ground.web.cockpit import Cockpit
+from ground.web.fleet import Fleet, Member
 from ground.web.server import page_server
 from ground.words import COMMAND_WORDS
 
@@ -160,7 +161,7 @@ async def replay_flight(file: Path, speed: float, port: int | None, out: Console
     async with (
         station_on(ReplayLink(file, speed)) as station,
         narrated(station, out),
-        page_server(Cockpit(station), port) as address,
+        page_server(Fleet.of(Cockpit(station)), port) as address,
     ):
         out.print(f"page: [bold]{address}[/]   recording: {file}   (Ctrl-C ends)")
         with contextlib.suppress(LinkLost):
@@ -170,10 +171,10 @@ async def replay_flight(file: Path, speed: float, port: int | None, out: Console
     return True
 
 
-async def serve_ground(uri: str, port: int | None, out: Console) -> bool:
-    """The page for a drone, until Ctrl-C."""
-    cockpit = Cockpit()
-    async with page_server(cockpit, port) as address:
-        out.print(f"page: [bold]{address}[/]   drone: {uri}   (Ctrl-C lands and ends)")
-        await keep_connected(cockpit, uri, out)
+async def serve_ground(members: list[Member], port: int | None, bind: str, out: Console) -> bool:
+    """The page for these drones, until Ctrl-C."""
+    fleet = Fleet(members)
+    async with page_server(fleet, port, bind) as address:
+        out.print(f"page: [bold]{address}[/]   (Ctrl-C lands and ends)")
+        await asyncio.gather(*(keep_connected(member, len(members) > 1, out) for member in members))
     return True

@@ -28,6 +28,7 @@ from ground.sim.process import SimulatorProcess
 from ground.sim.world import World, load_world
 from ground.station import Station, station_on
 from ground.web.cockpit import Cockpit
+from ground.web.fleet import Fleet
 from ground.web.server import page_server
 
 GOAL_ERROR_M = 0.5  # true position at the end; odometry drifts on the way
@@ -87,7 +88,9 @@ async def _shown(station: Station, options: DemoOptions, out: Console) -> AsyncI
     """With the page, unless headless; with words; landing on Ctrl-C."""
     async with contextlib.AsyncExitStack() as stack:
         if not options.headless:
-            address = await stack.enter_async_context(page_server(Cockpit(station), options.port))
+            address = await stack.enter_async_context(
+                page_server(Fleet.of(Cockpit(station)), options.port)
+            )
             opened = await asyncio.to_thread(webbrowser.open, address)
             out.print(f"page: [bold]{address}[/]{'' if opened else '  (open it in a browser)'}")
         await stack.enter_async_context(narrated(station, out))

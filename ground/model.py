@@ -71,6 +71,16 @@ class Health:
     self_test: SelfTest
 
     @property
+    def can_fly(self) -> bool:
+        """The supervisor lets the motors turn."""
+        return bool(self.supervisor & 1 << 3)
+
+    @property
+    def tumbled(self) -> bool:
+        """It lies on its side or back."""
+        return bool(self.supervisor & 1 << 5)
+
+    @property
     def locked(self) -> bool:
         """The supervisor has cut the motors until the drone is restarted."""
         return bool(self.supervisor & 1 << 6)

@@ -18,7 +18,7 @@ from ground.link_kept import KeptLink
 from ground.link_radio import RadioLink
 from ground.model import Event, LinkChange, LinkState, Point
 from ground.station import Station, station_on
-from ground.web.cockpit import Cockpit
+from ground.web.fleet import Member
 from ground.words import REASON_WORDS, STATE_WORDS
 
 log = logging.getLogger(__name__)
@@ -30,35 +30,39 @@ SETTLING_RETRY_S = 0.2
 
 
 @contextlib.asynccontextmanager
-async def narrated(station: Station, console: Console) -> AsyncIterator[None]:
-    """Say what the drone does meanwhile, a line for each change."""
-    task = asyncio.create_task(_narrate(station, console))
+async def narrated(station: Station, console: Console, name: str = "") -> AsyncIterator[None]:
+    """Say what the drone does meanwhile, a line for each change, each beginning with a name."""
+    task = asyncio.create_task(_narrate(station, console, name))
     try:
         yield
     finally:
         task.cancel()
 
 
-async def _narrate(station: Station, console: Console) -> None:
+async def _narrate(station: Station, console: Console, name: str) -> None:
     with contextlib.suppress(GroundError), station.listen() as listener:
         while True:
             match await listener.next():
-                case Event(code=EventCode.STATE) as event:
-                    words = STATE_WORDS[MissionState(event.argument)]
-                    console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  {words}")
-                case Event(code=EventCode.FAULT) as event:
-                    words = REASON_WORDS[event.reason]
-                    console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  [red]{words}[/]")
-                case Event(code=EventCode.WAYPOINT) as event:
-                    words = f"at way point {event.argument + 1}"
-                    console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  {words}")
-                case Event(code=EventCode.SKIPPED) as event:
-                    place = f"({event.place.x_m:.2f}, {event.place.y_m:.2f})"
-                    words = f"way point {place} left out: {REASON_WORDS[event.reason]}"
-                    console.print(f"[dim]{event.drone_ms / 1000:8.1f} s[/]  [yellow]{words}[/]")
+                case Event() as event if words := _words(event):
+                    console.print(f"[dim]{name}{event.drone_ms / 1000:8.1f} s[/]  {words}")
                 case LinkChange(state, detail):
                     colour = "green" if state is LinkState.CONNECTED else "yellow"
-                    console.print(f"[{colour}]link: {detail}[/]")
+                    console.print(f"[{colour}]{name}link: {detail}[/]")
+
+
+def _words(event: Event) -> str:
+    """What is said of an event; nothing of most."""
+    match event.code:
+        case EventCode.STATE:
+            return STATE_WORDS[MissionState(event.argument)]
+        case EventCode.FAULT:
+            return f"[red]{REASON_WORDS[event.reason]}[/]"
+        case EventCode.WAYPOINT:
+            return f"at way point {event.argument + 1}"
+        case EventCode.SKIPPED:
+            place = f"({event.place.x_m:.2f}, {event.place.y_m:.2f})"
+            return f"[yellow]way point {place} left out: {REASON_WORDS[event.reason]}[/]"
+    return ""
 
 
 @contextlib.asynccontextmanager
@@ -101,15 +105,19 @@ def explain(outcome: Outcome) -> str:
     return f"{outcome.sentence}; the nearest point that can be reached is {nearest}"
 
 
-async def keep_connected(cockpit: Cockpit, uri: str, console: Console) -> None:
+async def keep_connected(member: Member, named: bool, console: Console) -> None:
     """Give the cockpit a station for as long as there is a drone; look for one again and again."""
-    told = ""
+    cockpit, uri, told = member.cockpit, member.name, ""
+    name = f"{uri}  " if named else ""
     while True:
         try:
             async with station_on(KeptLink(lambda: RadioLink(uri))) as station:
                 console.print(f"connected to {uri}")
                 told, cockpit.station = "", station
-                async with narrated(station, console), landing_on_interrupt(station, console):
+                async with (
+                    narrated(station, console, name),
+                    landing_on_interrupt(station, console),
+                ):
                     await station.ended()
         except GroundError as error:
             cockpit.trouble = str(error)

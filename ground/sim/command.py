@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`wayflie sim`: one simulated Crazyflie behind a UDP port."""
+"""`wayflie sim`: simulated Crazyflies, each behind a UDP port."""
 
+import contextlib
 import json
 import os
 import signal
@@ -12,16 +13,17 @@ import typer
 
 from ground.errors import GroundError
 from ground.sim.battery import HOVER_ENDURANCE_S
-from ground.sim.console import Lines, obey
+from ground.sim.console import Lines, obey_one
 from ground.sim.faults import parse_fault
 from ground.sim.faulttable import FAULTS
 from ground.sim.positioning import POSITIONINGS, Shadow
 from ground.sim.process import READY
 from ground.sim.ranger import FALSE_SHORT
-from ground.sim.runtime import Options, Simulator
+from ground.sim.runtime import Options
 from ground.sim.server import HOST, Server
+from ground.sim.swarm import DRONES_MAX, make_swarm
 from ground.sim.trouble import TroubleSpec
-from ground.sim.world import load_world
+from ground.sim.worldfile import read_world
 
 DEFAULT_PORT = 19850
 _EXIT_BAD_INPUT = 2
@@ -58,6 +60,10 @@ def sim(
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="UDP port; 0 takes a free one.")
     ] = DEFAULT_PORT,
+    drones: Annotated[
+        int,
+        typer.Option(min=1, max=DRONES_MAX, help="How many, at ports that follow each other."),
+    ] = 1,
     speed: Annotated[
         str, typer.Option(help="Simulated seconds per second, or max.", metavar="N|max")
     ] = "1",
@@ -113,9 +119,10 @@ def sim(
         Path | None, typer.Option("--json", help="Where to write the flight's true figures.")
     ] = None,
 ) -> None:
-    """Simulate a Crazyflie that runs Wayflie, until Ctrl-C.
+    """Simulate a Crazyflie that runs Wayflie, or several, until Ctrl-C.
 
-    Lines typed while it runs let faults begin and end: fault NAME[:SECONDS], end NAME, faults.
+    Lines typed while it runs let faults begin and end: fault NAME[:SECONDS], end NAME, faults; with
+    a number first they are for that drone, else for the first.
     """
     try:
         faults = tuple(parse_fault(text) for text in fault or ())
@@ -136,14 +143,19 @@ def sim(
         faults=faults,
     )
     try:
-        _run(world, port, options, json_file, os.getppid() if with_parent else None)
+        _run(world, port, drones, options, json_file, os.getppid() if with_parent else None)
     except (GroundError, ValueError) as error:
         typer.echo(f"wayflie sim: {error}", err=True)
         raise typer.Exit(_EXIT_BAD_INPUT) from error
 
 
 def _run(
-    world: str, port: int, options: Options, json_file: Path | None, parent: int | None
+    world: str,
+    port: int,
+    count: int,
+    options: Options,
+    json_file: Path | None,
+    parent: int | None,
 ) -> None:
     signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -153,16 +165,22 @@ def _run(
 
     def stopped() -> bool:
         for line in lines.take():
-            if answer := obey(line, simulator.faults):
+            if answer := obey_one(line, [drone.faults for drone in swarm.drones]):
                 print(answer, flush=True)
         return bool(signals) or parent not in (None, os.getppid())
 
-    simulator = Simulator(load_world(world), options)
-    for name in simulator.unknown_eeprom_names:
+    swarm = make_swarm(read_world(world), options, count)
+    for name in swarm.drones[0].unknown_eeprom_names:
         typer.echo(f"wayflie sim: EEPROM: no persistent parameter {name}", err=True)
-    with Server(simulator.radio, port) as server:
-        simulator.warm_up()
-        print(f"{READY}udp://{HOST}:{server.port}, world {world}", flush=True)
-        simulator.run(server, stopped)
+    with contextlib.ExitStack() as stack:
+        servers = [
+            stack.enter_context(Server(drone.radio, port + number if port else 0))
+            for number, drone in enumerate(swarm.drones)
+        ]
+        swarm.warm_up()
+        for server, place in zip(servers, swarm.places_m(), strict=True):
+            where = f", set down at {place[0]:.2f},{place[1]:.2f}" if count > 1 else ""
+            print(f"{READY}udp://{HOST}:{server.port}, world {world}{where}", flush=True)
+        swarm.run(servers, options.speed, stopped)
     if json_file is not None:
-        json_file.write_text(json.dumps(simulator.status(), indent=2) + "\n")
+        json_file.write_text(json.dumps(swarm.status(), indent=2) + "\n")

@@ -3,7 +3,7 @@
 
 import os
 import select
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ground.sim.faults import Faults
 from ground.sim.faulttable import FAULTS
@@ -37,6 +37,16 @@ class Lines:
             return bool(select.select((descriptor,), (), (), 0.0)[0])
         except OSError:
             return False
+
+
+def obey_one(line: str, drones: Sequence[Faults]) -> str:
+    """Do what the line says with the drone whose number it begins with, or the first."""
+    number, _, rest = line.partition(" ")
+    if not number.isdecimal():
+        return obey(line, drones[0])
+    if not 1 <= int(number) <= len(drones):
+        return f"there are drones 1 to {len(drones)}"
+    return obey(rest.strip(), drones[int(number) - 1])
 
 
 def obey(line: str, faults: Faults) -> str:

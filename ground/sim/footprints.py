@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ground.sim.worldspec import Motion, Obstacle, Point
 
 Array = NDArray[np.float64]
+CARRIED_MPS = 3.0
 
 
 def position_m(obstacle: Obstacle, moving_s: float) -> Point:
@@ -91,6 +92,18 @@ class Footprints:
                     self.velocity_mps[i] = (center - self.center_m[i]) / elapsed_s
                 self.center_m[i] = center
         return self._dynamic
+
+    def carry(self, row: int, at_m: tuple[float, float, float], velocity_mps: Point) -> None:
+        """Something else moves this row: where its foot is, and how fast it goes."""
+        height_m = self.top_m[row] - self.bottom_m[row]
+        self.center_m[row], self.velocity_mps[row] = at_m[:2], velocity_mps
+        self.bottom_m[row], self.top_m[row] = at_m[2], at_m[2] + height_m
+        self.fastest_mps = max(self.fastest_mps, CARRIED_MPS)
+
+    def triggered_by(self, other: "Footprints") -> None:
+        """What waits for the drone of another world moves here as well."""
+        for row, start_s in enumerate(other._starts_s[: len(self._starts_s)]):
+            self._starts_s[row] = min(self._starts_s[row], start_s)
 
     def _start(self, row: int, motion: Motion, drone_m: Point | None) -> float:
         """When this row starts to move; inf as long as it waits for the drone."""

@@ -20,12 +20,18 @@ _STOP_S = 20.0
 class SimulatorProcess:
     """Context: the simulator runs and its uri answers. stop() returns its status."""
 
-    def __init__(self, *arguments: str, port: int = 0, python: str = sys.executable) -> None:
+    def __init__(
+        self, *arguments: str, port: int = 0, python: str = sys.executable, drones: int = 1
+    ) -> None:
         self._command = [python, "-m", "ground.sim", *arguments, "--port", str(port)]
+        self._command += ["--drones", str(drones)] if drones > 1 else []
+        self._drones = drones
         self._folder = tempfile.TemporaryDirectory(prefix="wayflie-sim-")
         self._json = Path(self._folder.name) / "status.json"
         self._process: subprocess.Popen[str] | None = None
         self.uri = ""
+        self.uris: list[str] = []
+        """Of all drones; uri is the first's."""
 
     def __enter__(self) -> "SimulatorProcess":
         self.start()
@@ -58,7 +64,9 @@ class SimulatorProcess:
             _, errors = process.communicate()
             self._folder.cleanup()
             raise SimulatorFailed(errors.strip() or "the simulator ended at once")
-        self.uri = line.removeprefix(READY).split(",")[0]
+        lines = [line, *(process.stdout.readline() for _ in range(1, self._drones))]
+        self.uris = [line.removeprefix(READY).split(",")[0].strip() for line in lines]
+        self.uri = self.uris[0]
         return self.uri
 
     def running(self) -> bool:

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The simulator: plant, firmware and radio, stepped together by one loop."""
 
-import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -14,19 +13,18 @@ from ground.sim.faulttable import Bench
 from ground.sim.firmware import Firmware
 from ground.sim.flightstack import FlightStack
 from ground.sim.localization import Localization
-from ground.sim.pace import Pace
+from ground.sim.model import Truth
 from ground.sim.params import Params
 from ground.sim.plant import PLANT_STEP_S, Plant
 from ground.sim.positioning import SYSTEMS, Shadow
 from ground.sim.radio import Address, Radio
 from ground.sim.ranger import FALSE_SHORT
 from ground.sim.report import Logbook, traffic
-from ground.sim.server import Server
 from ground.sim.trouble import TroubleSpec
 from ground.sim.world import World
 
 _STEP_MS = round(PLANT_STEP_S * 1000)
-_START_S = 1.0
+START_S = 1.0
 _INITIAL_POSE = ("initialX", "initialY", "initialZ", "initialYaw")
 
 
@@ -49,10 +47,10 @@ class Options:
 
 
 class Simulator:
-    """One Crazyflie in one world. A process can hold one, since it loads one firmware.
+    """One Crazyflie in one world.
 
-    step() and deliver() alone are deterministic: the same packets at the same simulated times give
-    the same flight and the same answers. run() adds the socket and the wall clock.
+    Deterministic: the same packets at the same simulated times give the same flight and the same
+    answers. Sockets and the wall clock are the Swarm's.
     """
 
     def __init__(self, world: World, options: Options, firmware: Firmware | None = None) -> None:
@@ -83,8 +81,6 @@ class Simulator:
         self._logbook = Logbook(self._plant, options.keep_trail)
         self._stop_id = self._params.find("stabilizer.stop")
         self._reset_id = self._params.find("kalman.resetEstimation")
-        self._wall_s = 0.0
-        self._hurried_sim_s = self._hurried_wall_s = 0.0
         self._firmware.set_sensors(self._plant.readings)
         self._attach_deck()
         self.unknown_eeprom_names = self._params.restore()
@@ -97,7 +93,7 @@ class Simulator:
 
     def warm_up(self) -> None:
         """Pass the first second, in which the firmware starts and refuses to fly."""
-        while self.time_s < _START_S:
+        while self.time_s < START_S:
             self.step()
 
     def deliver(self, address: Address, datagram: bytes) -> None:
@@ -123,39 +119,16 @@ class Simulator:
         self.radio.tick(self._firmware.now_ms())
         self._logbook.note()
 
-    def run(self, server: Server, stopped: Callable[[], bool]) -> None:
-        """Serve clients until stopped() says so; it is asked every step."""
-        begin_s = time.monotonic()
-        pace = Pace(self._options.speed, PLANT_STEP_S, begin_s)
-        before_s = begin_s
-        while not stopped():
-            hurry = self.radio.connected() and not self.radio.handshaking(before_s)
-            server.serve_until(pace.next_due_s(hurry, before_s))
-            if pace.waits:
-                server.serve_until_read()
-            # Only now: what a client has sent while this process did not run has been taken.
-            self.radio.expire(before_s)
-            self.step()
-            sent = server.flush()
-            now_s = time.monotonic()
-            if pace.waits:
-                pace.sent(sent, now_s, server.sees_clients)
-            if hurry:
-                self._hurried_sim_s += PLANT_STEP_S
-                self._hurried_wall_s += now_s - before_s
-            before_s = now_s
-        self._wall_s += time.monotonic() - begin_s
+    @property
+    def truth(self) -> Truth:
+        """Where it really is, for ever the same object."""
+        return self._plant.truth
 
     def status(self) -> dict[str, object]:
-        """All figures: truth, traffic, speed. realtime_factor counts the time with a client."""
-        factor = self._hurried_sim_s / self._hurried_wall_s if self._hurried_wall_s else 0.0
+        """All figures: truth and traffic."""
         return {
             **self._logbook.summary(),
             **traffic(self.radio.counters, self._crazyflie.app_packets_lost),
-            "wall_s": round(self._wall_s, 3),
-            "served_sim_s": round(self._hurried_sim_s, 3),
-            "served_wall_s": round(self._hurried_wall_s, 3),
-            "realtime_factor": round(factor, 2),
             "app_alive": self._firmware.alive(),
             "supervisor_info": self._stack.info,
             "faults": [asdict(happened) for happened in self.faults.log],

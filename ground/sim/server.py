@@ -4,6 +4,7 @@
 import select
 import socket
 import time
+from collections.abc import Sequence
 from types import TracebackType
 
 from ground.errors import SimulatorFailed
@@ -14,6 +15,23 @@ HOST = "127.0.0.1"
 _RECEIVE_BUFFER_BYTES = 1 << 20
 _MAX_DATAGRAM_BYTES = 2048
 _LOOK_EVERY_S = 0.002
+
+
+def serve_until(servers: Sequence["Server"], due_s: float) -> None:
+    """Answer what comes until that time; at least what is there already."""
+    while True:
+        for server in servers:
+            server.answer()
+        rest_s = due_s - time.monotonic()
+        if rest_s <= 0:
+            return
+        select.select(servers, (), (), rest_s)
+
+
+def serve_until_read(servers: Sequence["Server"]) -> None:
+    """Go on answering while some client has much to read; at once if none has."""
+    while any(server.clogged for server in servers):
+        serve_until(servers, time.monotonic() + _LOOK_EVERY_S)
 
 
 class Server:
@@ -53,20 +71,19 @@ class Server:
         """It can be told what they have not read yet."""
         return self._backlog.all_seen
 
-    def serve_until_read(self) -> None:
-        """Go on answering while some client has much to read; at once if none has."""
-        while self._backlog.clogged(now_s := time.monotonic()):
-            self.serve_until(now_s + _LOOK_EVERY_S)
+    @property
+    def clogged(self) -> bool:
+        """Some client has much to read."""
+        return self._backlog.clogged(time.monotonic())
 
-    def serve_until(self, due_s: float) -> None:
-        """Answer what comes until that time; at least what is there already."""
-        while True:
-            self._receive_waiting()
-            self.flush()
-            rest_s = due_s - time.monotonic()
-            if rest_s <= 0:
-                return
-            select.select((self._socket,), (), (), rest_s)
+    def fileno(self) -> int:
+        """For select."""
+        return self._socket.fileno()
+
+    def answer(self) -> None:
+        """Take what has come and send what waits."""
+        self._receive_waiting()
+        self.flush()
 
     def flush(self) -> int:
         """Send what waits; the number of datagrams."""

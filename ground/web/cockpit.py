@@ -19,6 +19,7 @@ from ground.station import Station
 log = logging.getLogger(__name__)
 
 DEAD_MAN_S = 3.0
+STOP_AGAIN_S = 0.2
 SELF_TEST = "self_test"
 
 COMMANDS = {
@@ -42,6 +43,7 @@ class Cockpit:
         """Why there is no station."""
         self.stop_latched = False
         self._dead_man_s = dead_man_s
+        self._closing = False
         self._pages = 0
         self._steered = False
         self._dead_man: asyncio.Task[None] | None = None
@@ -89,16 +91,23 @@ class Cockpit:
 
     async def close(self) -> None:
         """Before the link is closed: let a stop that was pressed get through."""
+        self._closing = True
         if self._dead_man:
             self._dead_man.cancel()
         if self._stopping:
             await self._stopping
 
     async def _stop(self) -> None:
-        try:
-            await self._connected().emergency_stop()
-        except GroundError as error:
-            log.error("emergency stop: %s", error)
+        """Until the drone confirms it, also over a link that comes back; or until released."""
+        while self.stop_latched:
+            try:
+                await self._connected().emergency_stop()
+                return
+            except GroundError as error:
+                log.error("emergency stop: %s", error)
+            if self._closing:
+                return
+            await asyncio.sleep(STOP_AGAIN_S)
 
     async def _hold_soon(self) -> None:
         await asyncio.sleep(self._dead_man_s)

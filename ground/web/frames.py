@@ -7,6 +7,7 @@ import json
 import math
 import struct
 import time
+from collections.abc import Sequence
 from itertools import islice
 from typing import Any
 
@@ -14,6 +15,7 @@ from ground.core import EventCode, MissionState, SelfTest
 from ground.model import Event, LinkState, Point
 from ground.picture import Picture
 from ground.web.cockpit import Cockpit
+from ground.web.fleet import COLOURS, Fleet
 from ground.words import REASON_WORDS, SELF_TEST_WORDS, SOURCE_WORDS, STATE_WORDS
 
 EVENTS_SHOWN = 12
@@ -24,13 +26,16 @@ TrailMark = tuple[int, int]
 NO_TRAIL: TrailMark = (0, 0)
 
 
-def state_frame(cockpit: Cockpit, mark: TrailMark) -> tuple[str, TrailMark]:
+def state_frame(
+    cockpit: Cockpit, mark: TrailMark, fleet: Sequence[dict[str, Any]] = ()
+) -> tuple[str, TrailMark]:
     """JSON of the whole state, with what of the trail is new or has moved. @return the next mark"""
     station = cockpit.station
     picture = station.picture if station else Picture()
     first, trail, mark = picture.trail.since(mark)
     frame = {
         "kind": "state",
+        "fleet": fleet,
         "stop": {"latched": cockpit.stop_latched, "confirmed": _locked(picture)},
         "link": _link(cockpit),
         "mission": _mission(picture),
@@ -48,6 +53,24 @@ def state_frame(cockpit: Cockpit, mark: TrailMark) -> tuple[str, TrailMark]:
         "can": _permitted(cockpit, picture),
     }
     return json.dumps(frame, allow_nan=False), mark
+
+
+def fleet_rows(fleet: Fleet, chosen: int) -> list[dict[str, Any]]:
+    """All drones in short, as the page of one of them shows them."""
+    return [_member(fleet, chosen, number) for number in range(len(fleet.members))]
+
+
+def _member(fleet: Fleet, chosen: int, number: int) -> dict[str, Any]:
+    member = fleet.members[number]
+    station, pose = member.cockpit.station, fleet.seen_from(chosen, number)
+    return {
+        "name": member.name,
+        "colour": COLOURS[number % len(COLOURS)],
+        "chosen": number == chosen,
+        "link": _link(member.cockpit)["state"],
+        "words": _mission(station.picture)["words"] if station else member.cockpit.trouble,
+        "pose": pose and [_round(v) for v in (pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)],
+    }
 
 
 def map_frame(picture: Picture) -> bytes:

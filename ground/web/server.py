@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The server of the page: static files, and one WebSocket a page.
 
-Binds 127.0.0.1 only. Host and Origin are checked for every request, the WebSocket's too: a
-browser lets any site that the user visits open one to this machine.
+Binds this machine only, unless told otherwise; guard.py says who may come in. What a page sends is
+bounded in size, in rate and in what is under way at once; a stop is taken whatever was sent before.
 """
 
 from __future__ import annotations
@@ -11,135 +11,139 @@ import asyncio
 import contextlib
 import itertools
 import json
+import secrets
 import socket
+import time
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import uvicorn
 from starlette.applications import Starlette
-from starlette.datastructures import Headers, MutableHeaders
 from starlette.middleware import Middleware
-from starlette.middleware.trustedhost import TrustedHostMiddleware
-from starlette.responses import PlainTextResponse
 from starlette.routing import Mount, WebSocketRoute
 from starlette.staticfiles import StaticFiles
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ground.errors import GroundError
 from ground.model import Point
 from ground.web.cockpit import Cockpit
-from ground.web.frames import NO_TRAIL, map_frame, state_frame
+from ground.web.fleet import Fleet
+from ground.web.frames import NO_TRAIL, fleet_rows, map_frame, state_frame
+from ground.web.guard import LOCAL, Guard, is_local
 
 STATIC = Path(__file__).with_name("static")
 USUAL_PORT = 8765
-HOSTS = ["127.0.0.1", "localhost"]
 STATE_PERIOD_S = 0.1
 MAP_EVERY = 3  # states between two maps, at least
 MESSAGE_BYTES = 4096
-POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)
+WISHES_PER_S = 10.0
+WISHES_AT_ONCE = 20.0
+COMMANDS_AT_ONCE = 8  # of one page, not answered yet
+CONNECTIONS = 64
+PAGES = 32
 
 
-class SameOrigin:
-    """Refuse what a foreign page sends; WebSockets must say where they come from."""
+class Rate:
+    """A bucket that fills again with time: what is in it may be spent at once."""
 
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
+    def __init__(self, now_s: float) -> None:
+        self._left, self._then_s = WISHES_AT_ONCE, now_s
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """ASGI entry."""
-        if scope["type"] not in ("http", "websocket"):
-            await self._app(scope, receive, send)
-            return
-        headers = Headers(scope=scope)
-        origin = headers.get("origin")
-        same = origin is not None and urlsplit(origin).netloc == headers.get("host")
-        if same or (origin is None and scope["type"] == "http"):
-            await self._app(scope, receive, _with_policy(send))
-        else:
-            await PlainTextResponse("foreign origin", 403)(scope, receive, send)
-
-
-def _with_policy(send: Send) -> Send:
-    async def send_with_policy(message: Message) -> None:
-        if message["type"] == "http.response.start":
-            headers = MutableHeaders(scope=message)
-            headers["Content-Security-Policy"] = POLICY
-            headers["X-Content-Type-Options"] = "nosniff"
-            headers["Cache-Control"] = "no-cache"
-        await send(message)
-
-    return send_with_policy
+    def allows(self, now_s: float) -> bool:
+        """Whether one more is not too many; it counts then."""
+        filled = self._left + (now_s - self._then_s) * WISHES_PER_S
+        self._left, self._then_s = min(filled, WISHES_AT_ONCE), now_s
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True
 
 
 class Page:
-    """One connected page: a reader of its wishes, a writer that always sends the newest state."""
+    """One connected page: reads wishes, sends frames of the drone that it has chosen."""
 
-    def __init__(self, socket: WebSocket, cockpit: Cockpit) -> None:
+    def __init__(self, socket: WebSocket, fleet: Fleet) -> None:
         self._socket = socket
-        self._cockpit = cockpit
+        self._fleet = fleet
+        self._chosen = 0
+        self._rate = Rate(time.monotonic())
         self._commands: set[asyncio.Task[None]] = set()
 
     async def serve(self) -> None:
         """Until the page leaves."""
         await self._socket.accept()
-        self._cockpit.page_opened()
+        self._fleet.page_opened()
         writer = asyncio.create_task(self._write())
         try:
             await self._read()
         finally:
-            self._cockpit.page_closed()
+            self._fleet.page_closed()
             writer.cancel()
-            for command in self._commands:
-                command.cancel()
+            for task in self._commands:
+                task.cancel()
 
     async def _read(self) -> None:
         with contextlib.suppress(WebSocketDisconnect):
             while True:
                 try:
                     wish = json.loads(await self._socket.receive_text())
-                except (ValueError, KeyError):
-                    continue
-                if isinstance(wish, dict):
-                    self._take(wish)
+                except (ValueError, KeyError, RecursionError):
+                    wish = None
+                await self._take(wish if isinstance(wish, dict) else {})
 
-    def _take(self, wish: dict[str, Any]) -> None:
+    async def _take(self, wish: dict[str, Any]) -> None:
+        """A stop is never too much; of all else only so much is taken."""
+        if wish.get("do") == "stop":
+            self._fleet.stop()
+            return
+        name = wish.get("do")
+        if not self._rate.allows(time.monotonic()) or len(self._commands) >= COMMANDS_AT_ONCE:
+            await self._answer(str(name), "too much at once")
+            return
         match wish:
-            case {"do": "stop"}:
-                self._cockpit.stop()
             case {"do": "release"}:
-                self._cockpit.release()
+                self._fleet.release()
+            case {"do": "choose", "drone": int(number)} if 0 <= number < len(self._fleet.members):
+                self._chosen = number
             case {"do": str(name)}:
                 task = asyncio.create_task(self._command(name, _goal(wish)))
                 self._commands.add(task)
                 task.add_done_callback(self._commands.discard)
 
     async def _command(self, name: str, goal: Point | None) -> None:
-        answer = {"kind": "answer", "do": name, "ok": True, "words": ""}
+        words = ""
         try:
             await self._cockpit.command(name, goal)
         except GroundError as error:
-            answer |= {"ok": False, "words": str(error)}
+            words = str(error)
+        await self._answer(name, words)
+
+    async def _answer(self, name: str, words: str) -> None:
+        """Refused with words, or done."""
+        answer = {"kind": "answer", "do": name, "ok": not words, "words": words}
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             await self._socket.send_text(json.dumps(answer))
 
+    @property
+    def _cockpit(self) -> Cockpit:
+        return self._fleet.members[self._chosen].cockpit
+
     async def _write(self) -> None:
         """A slow page gets fewer frames, never old ones: each send waits for the one before."""
-        mark, sent_map = NO_TRAIL, None
+        mark, sent, chosen = NO_TRAIL, None, self._chosen
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             for turn in itertools.count():
-                text, mark = state_frame(self._cockpit, mark)
+                if chosen != self._chosen:
+                    mark, sent, chosen = NO_TRAIL, None, self._chosen
+                others = fleet_rows(self._fleet, chosen)
+                text, mark = state_frame(self._cockpit, mark, others)
                 await self._socket.send_text(text)
                 station = self._cockpit.station
-                if station and turn % MAP_EVERY == 0:
-                    version = (id(station), station.picture.map.revision)
-                    if version != sent_map:
-                        sent_map = version
+                if station and (turn % MAP_EVERY == 0 or sent is None):
+                    version = (chosen, id(station.picture), station.picture.map.revision)
+                    if version != sent and chosen == self._chosen:
+                        sent = version
                         await self._socket.send_bytes(map_frame(station.picture))
                 await asyncio.sleep(STATE_PERIOD_S)
 
@@ -151,21 +155,26 @@ def _goal(wish: dict[str, Any]) -> Point | None:
     return None
 
 
-def make_app(cockpit: Cockpit) -> Starlette:
-    """The page of this cockpit."""
+def make_app(fleet: Fleet, token: str | None = None) -> Starlette:
+    """The page of these drones."""
+    pages: set[WebSocket] = set()
 
     async def serve_page(websocket: WebSocket) -> None:
-        await Page(websocket, cockpit).serve()
+        if len(pages) >= PAGES:
+            await websocket.close()
+            return
+        pages.add(websocket)
+        try:
+            await Page(websocket, fleet).serve()
+        finally:
+            pages.discard(websocket)
 
     return Starlette(
         routes=[
             WebSocketRoute("/socket", serve_page),
             Mount("/", StaticFiles(directory=STATIC, html=True)),
         ],
-        middleware=[
-            Middleware(TrustedHostMiddleware, allowed_hosts=HOSTS),
-            Middleware(SameOrigin),
-        ],
+        middleware=[Middleware(Guard, token=token)],
     )
 
 
@@ -178,32 +187,43 @@ class _Server(uvicorn.Server):
 
 
 @contextlib.asynccontextmanager
-async def page_server(cockpit: Cockpit, port: int | None) -> AsyncIterator[str]:
+async def page_server(fleet: Fleet, port: int | None, bind: str = LOCAL[0]) -> AsyncIterator[str]:
     """Serve the page meanwhile, at the address given. Port None: the usual or a free one."""
-    listener = _listen(port)
+    listener = _listen(bind, port)
+    token = None if is_local(bind) else secrets.token_urlsafe(16)
     config = uvicorn.Config(
-        make_app(cockpit),
+        make_app(fleet, token),
         log_level="warning",
+        access_log=False,
         ws="websockets-sansio",
         ws_max_size=MESSAGE_BYTES,
+        limit_concurrency=CONNECTIONS,
         lifespan="off",
         timeout_graceful_shutdown=1,
     )
     server = _Server(config)
     serving = asyncio.create_task(server.serve(sockets=[listener]))
     try:
-        yield f"http://127.0.0.1:{listener.getsockname()[1]}/"
+        yield _address(bind, listener.getsockname()[1], token)
     finally:
-        await cockpit.close()
+        await fleet.close()
         server.should_exit = True
         await serving
 
 
-def _listen(port: int | None) -> socket.socket:
+def _address(bind: str, port: int, token: str | None) -> str:
+    if token is None:
+        return f"http://{bind}:{port}/"
+    host = socket.gethostname() if bind in ("0.0.0.0", "::") else bind
+    return f"http://{f'[{host}]' if ':' in host else host}:{port}/?token={token}"
+
+
+def _listen(bind: str, port: int | None) -> socket.socket:
     ports = [USUAL_PORT, 0] if port is None else [port]
+    family = socket.AF_INET6 if ":" in bind else socket.AF_INET
     for candidate in ports:
         try:
-            return socket.create_server(("127.0.0.1", candidate))
+            return socket.create_server((bind, candidate), family=family)
         except OSError as error:
             reason = error.strerror
-    raise GroundError(f"cannot serve the page on port {ports[-1]}: {reason}")
+    raise GroundError(f"cannot serve the page at {bind}, port {ports[-1]}: {reason}")

@@ -22,6 +22,7 @@ from ground.model import (
 )
 from ground.station import station_on
 from ground.web.cockpit import Cockpit
+from ground.web.fleet import COLOURS, Fleet, Member, Place
 from ground.web.server import page_server
 from ground.words import SELF_TEST_WORDS
 from tests.ground.fakelink import FakeLink
@@ -36,7 +37,9 @@ class Ground:
 
     def __init__(self) -> None:
         self.link = FakeLink()
-        self.cockpit = Cockpit()
+        self.other_link = FakeLink()
+        self.cockpit, self.other = Cockpit(), Cockpit()
+        self.fleet = Fleet.of(self.cockpit)
         self.address = ""
         self._loop = asyncio.new_event_loop()
         self._ready = threading.Event()
@@ -57,8 +60,13 @@ class Ground:
         self._loop.close()
 
     async def _serve(self) -> None:
-        async with station_on(self.link) as station, page_server(self.cockpit, 0) as self.address:
+        async with (
+            station_on(self.link) as station,
+            station_on(self.other_link) as other,
+            page_server(self.fleet, 0) as self.address,
+        ):
             self.cockpit.station = station
+            self.other.station = other
             self._ready.set()
             await self._done.wait()
 
@@ -195,3 +203,42 @@ def test_a_lost_drone_is_told_and_cannot_be_commanded(page: Page, ground: Ground
     ground.call(lambda: ground.link.lose())
     expect(page.locator("#link")).to_have_attribute("data-state", "lost", timeout=WAIT_MS)
     expect(page.get_by_role("button", name="Land")).to_be_disabled(timeout=WAIT_MS)
+
+
+def colour_at(page: Page, x_m: float, y_m: float) -> tuple[int, int, int]:
+    """What is drawn there, once the view rests: it shows two metres to all sides."""
+    found = page.evaluate(
+        """([x, y]) => {
+          const canvas = document.getElementById("map");
+          const scale = Math.min(canvas.clientWidth, canvas.clientHeight) / 5.2;
+          const at = [canvas.width / 2 + x * scale, canvas.height / 2 - y * scale];
+          return [...canvas.getContext("2d").getImageData(...at, 1, 1).data].slice(0, 3);
+        }""",
+        [x_m, y_m],
+    )
+    return found[0], found[1], found[2]
+
+
+def test_two_drones_are_shown_and_the_chosen_one_is_commanded(ground: Ground, page: Page) -> None:
+    second = Member(ground.other, "udp://two", Place(1.0, 1.0, 0.0))
+    ground.call(lambda: ground.fleet.members.append(second))
+    ground.call(lambda: ground.other_link.say(hovering(Point(0.0, 0.0))))
+    buttons = page.locator("#fleet button")
+    expect(buttons).to_have_count(2, timeout=WAIT_MS)
+    expect(buttons.nth(1)).to_contain_text("holding its place", timeout=WAIT_MS)
+    page.wait_for_timeout(1500)
+    colours = [tuple(bytes.fromhex(colour[1:])) for colour in COLOURS[:2]]
+    assert [colour_at(page, 0.5, -0.25), colour_at(page, 1.5, 0.75)] == colours
+    page.get_by_role("button", name="Hold", exact=True).click()
+    wait_until(page, lambda: bool(ground.link.acts))
+    buttons.nth(1).click()
+    expect(buttons.nth(1)).to_have_attribute("aria-pressed", "true", timeout=WAIT_MS)
+    page.wait_for_timeout(1500)
+    assert [colour_at(page, -0.5, -1.25), colour_at(page, 0.5, -0.25)] == colours
+    page.get_by_role("button", name="Land").click()
+    wait_until(page, lambda: bool(ground.other_link.acts))
+    assert [act.cmd for act in ground.link.acts] == [MissionCmd.HOLD]
+    assert [act.cmd for act in ground.other_link.acts] == [MissionCmd.LAND]
+    page.keyboard.press("Space")
+    for link in (ground.link, ground.other_link):
+        wait_until(page, lambda link=link: link.count(EmergencyStop) > 0)

@@ -32,6 +32,7 @@ from ground.model import (
 )
 from ground.station import Station
 from ground.web.cockpit import Cockpit
+from ground.web.fleet import Fleet
 from ground.web.frames import MAP_HEADER, NO_TRAIL, map_frame, state_frame
 from ground.web.server import make_app
 from tests.ground.fakelink import FakeLink
@@ -53,7 +54,7 @@ def flying(drone_ms: int = 1000) -> Telemetry:
 @pytest.fixture
 def client() -> TestClient:
     """A server without a drone."""
-    return TestClient(make_app(Cockpit()), base_url=BASE)
+    return TestClient(make_app(Fleet()), base_url=BASE)
 
 
 def denied(client: TestClient, headers: dict[str, str]) -> int:
@@ -126,7 +127,7 @@ def drone() -> Drone:
 @pytest.fixture
 def page(drone: Drone) -> Iterator[WebSocketTestSession]:
     """A connected page."""
-    app = make_app(drone.cockpit)
+    app = make_app(Fleet.of(drone.cockpit))
     app.router.lifespan_context = drone.lifespan
     with (
         TestClient(app, base_url=BASE) as client,
@@ -225,7 +226,7 @@ def test_stop_latches_for_all_until_released(page: WebSocketTestSession, drone: 
 
 
 def test_drone_holds_when_the_page_that_steered_is_gone(drone: Drone) -> None:
-    app = make_app(drone.cockpit)
+    app = make_app(Fleet.of(drone.cockpit))
     app.router.lifespan_context = drone.lifespan
     with TestClient(app, base_url=BASE) as client:
         with client.websocket_connect(SOCKET, headers=ORIGIN) as page:

@@ -58,12 +58,15 @@ function answered({ do: what, ok, words }) {
 // --- showing -------------------------------------------------------------------------------------
 
 function show() {
-  const { mission, drone, link, can, map } = state;
+  const { mission, drone, link, can, map, fleet } = state;
+  showFleet(fleet);
   const { latched, confirmed } = state.stop;
   $("state").textContent = latched || confirmed ? "stopped" : mission.words;
   $("detail").textContent = mission.fault;
   showLink(link);
   $("stop").hidden = latched;
+  const several = fleet.length > 1;
+  $("stop-whom").textContent = several ? "cuts all motors, all drones fall" : "cuts the motors, the drone falls";
   $("latched").hidden = !latched && !confirmed;
   $("release").hidden = !latched;
   $("latched-text").textContent = confirmed
@@ -89,6 +92,34 @@ function show() {
 function showLink({ state: name, detail }) {
   $("link").dataset.state = name;
   $("link").lastElementChild.textContent = name === "connected" ? "connected" : detail;
+}
+
+/** All drones, where there are several: which one the rest of the page is about. */
+function showFleet(fleet) {
+  $("fleet").hidden = fleet.length < 2;
+  while ($("fleet").children.length < fleet.length) {
+    const [item, number] = [document.createElement("button"), $("fleet").children.length];
+    item.type = "button";
+    item.append(document.createElement("i"), document.createElement("b"), document.createElement("span"));
+    item.onclick = () => choose(number);
+    $("fleet").append(item);
+  }
+  fleet.forEach(({ name, colour, chosen, link, words }, n) => {
+    const item = $("fleet").children[n];
+    const [dot, label, text] = item.children;
+    item.ariaPressed = String(chosen);
+    item.title = name;
+    dot.style.background = colour;
+    label.textContent = `${n + 1}`;
+    text.textContent = link === "connected" ? words : link;
+  });
+}
+
+function choose(number) {
+  wish({ do: "choose", drone: number });
+  wanted = null;
+  lastEvent = null;
+  view.forget();
 }
 
 function showEvents(events) {
@@ -127,7 +158,7 @@ function frame() {
   if (state && performance.now() - heardAt > STALE_MS) {
     showLink({ state: "silent", detail: "the ground station is silent" });
   }
-  view.draw(state?.drone, state?.route ?? [], trail, wanted ?? state?.drone.goal);
+  view.draw(state?.drone, state?.route ?? [], trail, wanted ?? state?.drone.goal, state?.fleet ?? []);
   showScale();
   requestAnimationFrame(frame);
 }

@@ -69,6 +69,11 @@ export class View {
     this.tiles.getContext("2d").putImageData(image, 0, 0);
   }
 
+  forget() {
+    this.map = this.box = null;
+    this.points = [];
+  }
+
   include(column, row) {
     const box = (this.box ??= [column, row, column, row]);
     box[0] = Math.min(box[0], column);
@@ -117,7 +122,7 @@ export class View {
     this.centre[1] += ((y0 + y1) / 2 - this.centre[1]) * step;
   }
 
-  draw(drone, route, trail, goal) {
+  draw(drone, route, trail, goal, fleet) {
     const { canvas, context: c } = this;
     const ratio = devicePixelRatio || 1;
     const [w, h] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
@@ -132,7 +137,14 @@ export class View {
     this.drawLine(trail, this.colours.trail, 2, []);
     this.drawLine(route, this.colours.route, 3, [8, 5]);
     if (goal) this.drawGoal(goal);
-    if (drone?.pose) this.drawDrone(drone);
+    const several = fleet.length > 1;
+    for (const [n, other] of fleet.entries()) {
+      if (several && other.pose && !other.chosen) this.drawDrone(other, other.colour, n + 1);
+    }
+    if (drone?.pose) {
+      const own = fleet.findIndex((one) => one.chosen);
+      this.drawDrone(drone, several ? fleet[own].colour : this.colours.drone, several ? own + 1 : "");
+    }
   }
 
   drawMetres() {
@@ -208,7 +220,7 @@ export class View {
     c.fill();
   }
 
-  drawDrone({ pose: [x, y, , yaw], ranges }) {
+  drawDrone({ pose: [x, y, , yaw], ranges }, colour, label) {
     const { context: c } = this;
     const [px, py] = this.toScreen(x, y);
     c.save();
@@ -222,12 +234,14 @@ export class View {
     c.lineTo(-size * 0.45, 0);
     c.lineTo(-size, -size * 0.85);
     c.closePath();
-    c.fillStyle = this.colours.drone;
+    c.fillStyle = colour;
     c.strokeStyle = this.colours.panel;
     c.lineWidth = 2.5;
     c.stroke();
     c.fill();
     c.restore();
+    c.font = "bold 13px system-ui, sans-serif";
+    c.fillText(label, px + size, py - size);
   }
 
   drawBeams(ranges) {

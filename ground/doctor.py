@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`wayflie doctor`: looks at this machine, the link and the drone; each finding has a next step."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+
+from ground.checks import Check, write_report
+from ground.doctor_machine import Finding, Verdict, machine
+from ground.errors import GroundError, NoAnswer, ProtocolMismatch
+from ground.link_radio import RadioLink
+from ground.model import Health
+from ground.station import station_on
+
+LOSS_LIMIT = 0.1
+LATENCY_LIMIT_MS = 100.0
+RESERVE_V = 0.2
+FLASH = "`make firmware` and `make flash` of this checkout"
+COLOURS = {Verdict.GOOD: "green", Verdict.NOTE: "yellow", Verdict.BAD: "red"}
+DECKS = {
+    "deck.bcFlow2": "the Flow deck v2",
+    "deck.bcMultiranger": "the Multi-ranger deck",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What was heard of a drone in some seconds."""
+
+    decks: dict[str, float | None] = field(default_factory=dict)
+    loss: float = 0.0
+    log_packets: int = 0
+    bad_packets: int = 0
+    latency_ms: float = 0.0
+    low_battery_v: float | None = None
+    health: Health | None = None
+
+
+async def examine(uri: str, seconds: float, json_file: Path | None, out: Console) -> bool:
+    """Print all findings; @return whether nothing is in the way of a flight."""
+    findings = []
+    for finding in machine(uri):
+        findings.append(finding)
+        _print(finding, out)
+    if all(finding.verdict is not Verdict.BAD for finding in findings):
+        for finding in await connection(uri, seconds):
+            findings.append(finding)
+            _print(finding, out)
+    if json_file:
+        figures = {"findings": [finding.as_dict() for finding in findings]}
+        checks = [Check(f.what, f.verdict is not Verdict.BAD, True, "==") for f in findings]
+        write_report(json_file, figures, checks)
+    return all(finding.verdict is not Verdict.BAD for finding in findings)
+
+
+async def connection(uri: str, seconds: float) -> list[Finding]:
+    """Connect, listen for a while, judge."""
+    link = RadioLink(uri)
+    try:
+        async with station_on(link) as station:
+            await asyncio.sleep(seconds)
+            stats = link.stats
+            sent = stats.log_packets + stats.lost_packets
+            seen = Seen(
+                decks={name: link.parameter(name) for name in DECKS},
+                loss=stats.lost_packets / sent if sent else 1.0,
+                log_packets=stats.log_packets,
+                bad_packets=stats.bad_packets,
+                latency_ms=link.latency_ms,
+                low_battery_v=link.parameter("way.lowBat"),
+                health=station.picture.health,
+            )
+    except GroundError as error:
+        return [unreachable(uri, error)]
+    return [Finding("connection", Verdict.GOOD, f"a Wayflie answers at {uri}"), *judge(seen)]
+
+
+def unreachable(uri: str, error: GroundError) -> Finding:
+    """Why nothing more could be looked at."""
+    if isinstance(error, NoAnswer):
+        sentence = "there is a Wayflie, but it does not answer: another version of the protocol?"
+        return Finding("app", Verdict.BAD, sentence, FLASH)
+    if isinstance(error, ProtocolMismatch):
+        return Finding("app", Verdict.BAD, str(error), FLASH)
+    steps = {
+        "udp": "start one: `wayflie sim`",
+        "radio": "switch the drone on; its channel, rate and address: `wayflie scan`",
+        "usb": "plug the cable in and switch the drone on",
+        "serial": "let the other end speak CPX; the deck's UART, at 576000 baud",
+    }
+    step = steps.get(uri.partition("://")[0], "`wayflie scan`")
+    return Finding("connection", Verdict.BAD, str(error), step)
+
+
+def judge(seen: Seen) -> Iterator[Finding]:
+    """What there is to say of a drone that answers."""
+    for name, deck in DECKS.items():
+        there = bool(seen.decks.get(name))
+        step = "" if there else "switch off, put it on with the pins straight, switch on"
+        verdict = Verdict.GOOD if there else Verdict.BAD
+        yield Finding("deck", verdict, f"{deck} is {'' if there else 'not '}there", step)
+    yield from _link(seen)
+    if seen.health is None:
+        step = "look at `wayflie --verbose doctor`"
+        yield Finding("logs", Verdict.BAD, "the drone sends no figures of itself", step)
+        return
+    yield _battery(seen.health.battery_v, seen.low_battery_v)
+    yield _supervisor(seen.health)
+
+
+def _link(seen: Seen) -> Iterator[Finding]:
+    words = f"{seen.loss:.1%} of {seen.log_packets} log packets lost"
+    if seen.loss > LOSS_LIMIT:
+        step = "come nearer, take another channel (2.4 GHz WiFi is around 0-80), use 2M"
+        yield Finding("loss", Verdict.NOTE, words, step)
+    else:
+        yield Finding("loss", Verdict.GOOD, words)
+    words = f"{seen.latency_ms:.0f} ms there and back"
+    if seen.latency_ms > LATENCY_LIMIT_MS:
+        step = "end other programs that use this link; a busy computer delays too"
+        yield Finding("latency", Verdict.NOTE, words, step)
+    else:
+        yield Finding("latency", Verdict.GOOD, words)
+    if seen.bad_packets:
+        words = f"{seen.bad_packets} packets that this version does not understand"
+        yield Finding("protocol", Verdict.BAD, words, FLASH)
+
+
+def _battery(battery_v: float, low_v: float | None) -> Finding:
+    words, low_v = f"{battery_v:.2f} V", low_v or 0.0
+    if battery_v < low_v:
+        return Finding("battery", Verdict.BAD, f"{words}: it refuses to fly", "charge it")
+    if battery_v < low_v + RESERVE_V:
+        return Finding("battery", Verdict.NOTE, f"{words}: a short flight", "charge it")
+    return Finding("battery", Verdict.GOOD, words)
+
+
+def _supervisor(health: Health) -> Finding:
+    if health.locked:
+        step = "switch it off and on again"
+        return Finding("supervisor", Verdict.BAD, "locked after a stop or a crash", step)
+    if health.tumbled:
+        return Finding("supervisor", Verdict.BAD, "it lies on its side or back", "set it upright")
+    if not health.can_fly:
+        step = "a Brushless must be armed; props free? level?"
+        return Finding("supervisor", Verdict.NOTE, "the firmware does not let it fly now", step)
+    return Finding("supervisor", Verdict.GOOD, "the firmware lets it fly")
+
+
+def _print(finding: Finding, out: Console) -> None:
+    mark = f"[{COLOURS[finding.verdict]}]{finding.verdict.value:4}[/]"
+    out.print(f"{mark}  {finding.what:12} {escape(finding.sentence)}", soft_wrap=True)
+    if finding.next_step:
+        out.print(f"      {'':12} -> {escape(finding.next_step)}", soft_wrap=True)

@@ -136,3 +136,14 @@ def bench_plan(
     options = plan.Options(seed, problems, wanted, seeds, maps, reuse, json_file, plots)
     if not plan.run_plan(options, out):
         raise typer.Exit(1)
+
+
+@bench_app.command("link")
+def bench_link(
+    json_file: JsonFile = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the simulated drones.")] = 1,
+    minutes: Annotated[float, typer.Option(min=0.1, help="With four drones, at the end.")] = 10.0,
+) -> None:
+    """Real cflib over real UDP: map stream, losses, commands, reconnecting, four drones."""
+    if not _bench("link.command").run_link(json_file, seed, minutes, out):
+        raise typer.Exit(1)

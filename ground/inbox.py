@@ -26,6 +26,7 @@ class Inbox(Generic[T]):
         self._filled = asyncio.Event()
         self._closed = False
         self.dropped = 0
+        self.peak = 0
 
     def put(self, item: T) -> None:
         """Any thread: add an item; never blocks and never raises."""
@@ -35,6 +36,7 @@ class Inbox(Generic[T]):
                 self._items.popleft()
                 self.dropped += 1
             self._items.append(item)
+            self.peak = max(self.peak, len(self._items))
         if wake:
             self._wake()
 

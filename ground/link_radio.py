@@ -55,6 +55,8 @@ UNSENT_MESSAGES = 64
 class RadioLink:
     """A Crazyflie at a cflib URI."""
 
+    QUEUE_LIMIT = INBOX_MESSAGES
+
     def __init__(self, uri: str, map_period_ms: int = 20) -> None:
         self.uri = uri
         self._blocks = log_blocks(map_period_ms)
@@ -91,6 +93,11 @@ class RadioLink:
             bad_packets=self._bad_packets + sum(stream.bad for stream in streams),
             dropped_messages=dropped + self._unsent_dropped,
         )
+
+    @property
+    def queue_peak(self) -> int:
+        """Messages that ever waited for the reader at once."""
+        return self._inbox.peak if self._inbox else 0
 
     async def open(self) -> None:
         """Connect, with time limits of our own, and start the log blocks."""

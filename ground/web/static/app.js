@@ -81,12 +81,22 @@ function show() {
   $("path").textContent = drone.path_m === undefined ? "–" : `${drone.path_m.toFixed(1)} m`;
   $("battery").textContent = drone.battery_v === undefined ? "–" : `${drone.battery_v.toFixed(2)} V`;
   $("map-complete").textContent = `${Math.round(100 * map.complete)} %`;
+  const oldest = Math.max(...map.ages_s);
+  $("pieces").textContent = map.rate_hz ? `${map.rate_hz.toFixed(0)}/s, oldest ${oldest} s` : "–";
+  $("pulse").textContent = pulseWords(link);
+  view.ages = $("ages").ariaPressed === "true" ? map.ages_s : null;
   const sent = (link.packets ?? 0) + (link.lost ?? 0);
   $("lost").textContent = sent ? `${((100 * link.lost) / sent).toFixed(1)} %` : "–";
   $("source").textContent = drone.source ?? "–";
   $("self-test").textContent = drone.self_test?.words ?? "–";
   $("self-test").dataset.state = drone.self_test?.state ?? "";
   showEvents(state.events);
+}
+
+/** A heartbeat goes out twice a second. */
+function pulseWords({ round_trip_ms: ms, unanswered }) {
+  if (unanswered > 2) return `not for ${(unanswered / 2).toFixed(0)} s`;
+  return ms == null ? "–" : `in ${ms.toFixed(0)} ms`;
 }
 
 function showLink({ state: name, detail }) {
@@ -217,6 +227,7 @@ listenToMap($("map"));
 $("zoom-in").onclick = () => view.zoom(1.3);
 $("zoom-out").onclick = () => view.zoom(1 / 1.3);
 $("fit").onclick = () => (view.auto = true);
+$("ages").onclick = () => ($("ages").ariaPressed = String($("ages").ariaPressed !== "true"));
 $("stop").onclick = () => wish({ do: "stop" });
 $("release").onclick = () => wish({ do: "release" });
 for (const button of document.querySelectorAll("[data-do]")) {

@@ -28,6 +28,7 @@ export class View {
     this.context = canvas.getContext("2d");
     this.tiles = document.createElement("canvas");
     this.map = null;
+    this.ages = null; // seconds, or -1, of each tile
     this.points = [];
     this.centre = [0, 0];
     this.scale = 60; // CSS pixels a metre
@@ -133,6 +134,7 @@ export class View {
     c.fillRect(0, 0, w, h);
     this.drawMetres();
     this.drawCells();
+    this.drawAges();
     this.drawHome();
     this.drawLine(trail, this.colours.trail, 2, []);
     this.drawLine(route, this.colours.route, 3, [8, 5]);
@@ -145,6 +147,24 @@ export class View {
       const own = fleet.findIndex((one) => one.chosen);
       this.drawDrone(drone, several ? fleet[own].colour : this.colours.drone, several ? own + 1 : "");
     }
+  }
+
+  /** The older a tile, the more of a veil; what never came is framed. */
+  drawAges() {
+    if (!this.map || !this.ages) return;
+    const { context: c, map } = this;
+    const [tiles, size] = [map.side / 8, 8 * map.cell * this.scale];
+    c.fillStyle = c.strokeStyle = this.colours.route;
+    c.lineWidth = 1;
+    for (const [tile, age] of this.ages.entries()) {
+      const [column, row] = [tile % tiles, Math.floor(tile / tiles)];
+      const [px, py] = this.toScreen(map.x + 8 * map.cell * column, map.y + 8 * map.cell * (row + 1));
+      c.globalAlpha = Math.min(0.5, Math.max(0, age) / 20);
+      c.fillRect(px, py, size, size);
+      c.globalAlpha = 0.5;
+      if (age < 0) c.strokeRect(px + 2, py + 2, size - 4, size - 4);
+    }
+    c.globalAlpha = 1;
   }
 
   drawMetres() {

@@ -6,7 +6,11 @@
 
 #include "log.h"
 
-enum { RING_PIECES = 4, VARIABLES = 7 };
+enum {
+  RING_PIECES = 4,
+  REFILL_PIECES = 2, ///< a call: as many as the fastest log block takes in 20 ms
+  VARIABLES = 7,
+};
 
 static uint8_t ring[RING_PIECES][WIRE_MAP_BYTES];
 static _Atomic uint8_t written; ///< pieces ever; only the app's loop changes it
@@ -26,7 +30,11 @@ void app_map_refill(nav_t *nav) {
   const uint8_t now = taken;
   const int wanted = (uint8_t)(now - taken_before) + 1;
   taken_before = now;
-  while ((uint8_t)(written - taken) < (wanted < RING_PIECES ? wanted : RING_PIECES)) {
+  for (int i = 0; i < REFILL_PIECES; i++) {
+    const int waiting = (uint8_t)(written - taken);
+    if (waiting >= wanted || waiting == RING_PIECES) {
+      return;
+    }
     nav_next_map_piece(nav, ring[written % RING_PIECES]);
     written++;
   }

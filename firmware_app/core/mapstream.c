@@ -4,8 +4,12 @@
 
 #include <string.h>
 
+static const uint32_t EACH = 0x11111111u; ///< lowest bit of each cell of a row
+
 enum {
   SWEEP_EVERY = 4,
+  WORK_MAX = 64, ///< for a piece: more would take too long
+  MIXED_WORK = 16,
   DICE_FACTOR = 25173, ///< of a linear congruential generator: the lowest two bits count to 4
   DICE_STEP = 13849,
   TAKEN_FREE = 4, ///< value of a cell that a piece calls free
@@ -41,14 +45,51 @@ static grid_cell_t cell_of(int tile, int index) {
       tile / GRID_TILES_PER_ROW * GRID_TILE_SIDE_CELLS + index / GRID_TILE_SIDE_CELLS};
 }
 
-static void fill(const grid_t *grid, wire_tile_t *tile) {
-  for (int i = 0; i < WIRE_MAP_CELLS; i++) {
-    grid_cell_t at = cell_of(tile->tile, i);
-    tile->states[i] = (uint8_t)grid_state(grid, at.ix, at.iy);
-    int eighths =
-        tile->states[i] == GRID_CELL_OCCUPIED ? grid_point_eighths(grid, at.ix, at.iy) : -1;
-    tile->eighths[i] = (uint8_t)(eighths < 0 ? WIRE_NO_POINT : eighths);
+/** Eight cells of a tile, four bits each. */
+static uint32_t row_of(const grid_t *grid, int tile, int row) {
+  int iy = tile / GRID_TILES_PER_ROW * GRID_TILE_SIDE_CELLS + row;
+  return grid->cells[iy * GRID_ROW_WORDS + tile % GRID_TILES_PER_ROW];
+}
+
+_Static_assert(GRID_TILE_SIDE_CELLS == 8, "a row of a tile is a word of the grid");
+
+/** All cells unknown, or all free. @return the state, -1 if it is neither */
+static int plain(const grid_t *grid, int tile) {
+  uint32_t any = 0;
+  uint32_t all = EACH;
+  for (int row = 0; row < GRID_TILE_SIDE_CELLS; row++) {
+    uint32_t cells = row_of(grid, tile, row);
+    any |= cells;
+    all &= cells | cells >> 1 | cells >> 2;
   }
+  if (any == 0u) {
+    return GRID_CELL_UNKNOWN;
+  }
+  return all == EACH && (any & EACH << 3) == 0u ? GRID_CELL_FREE : -1;
+}
+
+static void fill(const grid_t *grid, wire_tile_t *tile) {
+  memset(tile->eighths, WIRE_NO_POINT, sizeof tile->eighths);
+  for (int i = 0; i < WIRE_MAP_CELLS; i++) {
+    uint32_t row = row_of(grid, tile->tile, i / GRID_TILE_SIDE_CELLS);
+    uint32_t value = row >> (i % GRID_TILE_SIDE_CELLS * 4) & 15u;
+    tile->states[i] = value >= GRID_OCCUPIED_MIN ? GRID_CELL_OCCUPIED : value > 0u;
+    if (value >= GRID_OCCUPIED_MIN) {
+      grid_cell_t at = cell_of(tile->tile, i);
+      int eighths = grid_point_eighths(grid, at.ix, at.iy);
+      tile->eighths[i] = (uint8_t)(eighths < 0 ? WIRE_NO_POINT : eighths);
+    }
+  }
+}
+
+/** @return work that it took, 0 if the tile does not fit */
+static int add(const grid_t *grid, wire_map_t *map, wire_tile_t *tile) {
+  int state = plain(grid, tile->tile);
+  if (state >= 0) {
+    return wire_map_add_plain(map, (uint8_t)state) ? 1 : 0;
+  }
+  fill(grid, tile);
+  return wire_map_add(map, tile) ? MIXED_WORK : 0;
 }
 
 void mapstream_next(mapstream_t *stream, grid_t *grid, uint8_t epoch, uint8_t *bytes) {
@@ -58,7 +99,11 @@ void mapstream_next(mapstream_t *stream, grid_t *grid, uint8_t epoch, uint8_t *b
   tile.tile = (uint8_t)choose_tile(stream, grid, &sweeps);
   tile.first_point = (uint8_t)(stream->dice >> 8);
   wire_map_begin(&map, tile.tile, epoch);
-  for (fill(grid, &tile); wire_map_add(&map, &tile); fill(grid, &tile)) {
+  for (int done = 0, work = 0; done < WORK_MAX; done += work) {
+    work = add(grid, &map, &tile);
+    if (work == 0) {
+      break;
+    }
     grid->changed_tiles[tile.tile / 32] &= ~(1u << (tile.tile % 32));
     tile.tile++;
   }

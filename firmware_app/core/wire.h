@@ -205,6 +205,8 @@ void wire_map_begin(wire_map_t *map, uint8_t tile, uint8_t epoch);
 /** Add the next tile: all of it, or, if it is the first, the cells and as many points as fit. Only
  * occupied cells have points. @return false if it does not fit */
 bool wire_map_add(wire_map_t *map, const wire_tile_t *tile);
+/** Add the next tile, all of it in this state: unknown or free. */
+bool wire_map_add_plain(wire_map_t *map, uint8_t state);
 /** The piece is complete in map->bytes. */
 void wire_map_end(wire_map_t *map);
 

@@ -45,24 +45,32 @@ static uint16_t check_of(const uint8_t *bytes) {
   return (uint16_t)((hash ^ hash >> 14 ^ hash >> 28) & 0x3FFFu);
 }
 
+/** Up to eight bits. */
 static void put(wire_map_t *map, int bits, unsigned value) {
-  for (int i = 0; i < bits; i++, map->bit++) {
-    uint8_t mask = (uint8_t)(1u << map->bit % 8);
-    uint8_t *byte = &map->bytes[PAYLOAD + map->bit / 8];
-    *byte = (uint8_t)((value >> i & 1u) != 0u ? *byte | mask : *byte & ~mask);
+  if (bits == 0) {
+    return;
   }
+  uint8_t *byte = &map->bytes[PAYLOAD + map->bit / 8];
+  unsigned mask = ((1u << bits) - 1u) << map->bit % 8;
+  value = value << map->bit % 8 & mask;
+  byte[0] = (uint8_t)((byte[0] & ~mask) | value);
+  if (mask > 0xFFu) {
+    byte[1] = (uint8_t)((byte[1] & ~(mask >> 8)) | value >> 8);
+  }
+  map->bit += (uint8_t)bits;
 }
 
 static int left(const wire_map_t *map) {
   return PAYLOAD_BITS - map->bit;
 }
 
-/** Zeros behind the end. */
+/** Up to eight bits; zeros behind the end. */
 static unsigned get(wire_map_t *map, int bits) {
-  unsigned value = 0;
-  for (int i = 0; i < bits && map->bit < PAYLOAD_BITS; i++, map->bit++) {
-    value |= (unsigned)(map->bytes[PAYLOAD + map->bit / 8] >> map->bit % 8 & 1u) << i;
-  }
+  int at = PAYLOAD + map->bit / 8;
+  unsigned value = at < WIRE_MAP_BYTES ? map->bytes[at] : 0u;
+  value |= at + 1 < WIRE_MAP_BYTES ? (unsigned)map->bytes[at + 1] << 8 : 0u;
+  value = value >> map->bit % 8 & ((1u << bits) - 1u);
+  map->bit += (uint8_t)(bits < left(map) ? bits : left(map));
   return value;
 }
 
@@ -78,28 +86,27 @@ static uint8_t expected(const uint8_t *states, int cell) {
   return states[cell - SIDE - 1] == west ? states[cell - SIDE] : west;
 }
 
-/** Bits of the cells told by what is not as expected. */
-static int sparse_bits(const uint8_t *states) {
+/** Of each cell by how much it is another than expected; the bits that this takes. */
+static int differences(const uint8_t *states, uint8_t *off) {
   int bits = 0;
   int gap = 0;
   for (int cell = 0; cell < WIRE_MAP_CELLS; cell++) {
-    bool other = states[cell] != expected(states, cell);
+    int difference = states[cell] - expected(states, cell);
+    off[cell] = (uint8_t)(difference < 0 ? difference + STATES : difference);
     gap++;
-    if (other || gap == GAP_MAX) {
-      bits += GAP_BITS + (other ? 1 : 0);
+    if (difference != 0 || gap == GAP_MAX) {
+      bits += GAP_BITS + (difference != 0 ? 1 : 0);
       gap = 0;
     }
   }
   return bits + (gap > 0 ? GAP_BITS : 0);
 }
 
-static void put_sparse(wire_map_t *map, const uint8_t *states) {
+static void put_sparse(wire_map_t *map, const uint8_t *off) {
   unsigned gap = 0;
   for (int cell = 0; cell < WIRE_MAP_CELLS; cell++) {
-    unsigned off = (STATES + (unsigned)states[cell] - expected(states, cell)) % STATES;
-    if (off != 0u) {
-      put(map, GAP_BITS, gap);
-      put(map, 1, off - 1u);
+    if (off[cell] != 0u) {
+      put(map, GAP_BITS + 1, gap | (off[cell] - 1u) << GAP_BITS);
       gap = 0;
     } else if (++gap == GAP_MAX) {
       put(map, GAP_BITS, gap);
@@ -157,8 +164,7 @@ static void put_points(wire_map_t *map, const wire_tile_t *tile, unsigned first,
     unsigned cell = (first + i) % WIRE_MAP_CELLS;
     if (tile->states[cell] == OCCUPIED) {
       bool has = tile->eighths[cell] != WIRE_NO_POINT;
-      put(map, 1, has ? 1u : 0u);
-      put(map, has ? CELL_BITS : 0, tile->eighths[cell]);
+      put(map, has ? POINT_BITS : 1, has ? 1u | (unsigned)tile->eighths[cell] << 1 : 0u);
     }
   }
 }
@@ -178,12 +184,21 @@ void wire_map_begin(wire_map_t *map, uint8_t tile, uint8_t epoch) {
   map->bytes[TAG_WORD] = epoch & (WIRE_MAP_EPOCHS - 1u);
 }
 
+/** On to the next tile, if there is one. */
+static void step(wire_map_t *map) {
+  map->tile++;
+  map->full = map->full || map->tile == 0;
+}
+
 /** All cells unknown, or all free. */
 static bool uniform(const wire_tile_t *tile) {
   return tile->states[0] < MIXED && memcmp(tile->states, tile->states + 1, WIRE_MAP_CELLS - 1) == 0;
 }
 
-static bool add_to_run(wire_map_t *map, uint8_t kind) {
+bool wire_map_add_plain(wire_map_t *map, uint8_t kind) {
+  if (map->full) {
+    return false;
+  }
   if (map->run == 0 || map->run == RUN_MAX || map->run_kind != kind) {
     if (left(map) < KIND_BITS + RUN_BITS) {
       return false;
@@ -199,11 +214,13 @@ static bool add_to_run(wire_map_t *map, uint8_t kind) {
   put(map, RUN_BITS, map->run);
   map->run++;
   map->bit = end;
+  step(map);
   return true;
 }
 
 static bool add_mixed(wire_map_t *map, const wire_tile_t *tile) {
-  int sparse = sparse_bits(tile->states);
+  uint8_t off[WIRE_MAP_CELLS];
+  int sparse = differences(tile->states, off);
   bool dense = sparse > DENSE_BITS;
   int bits = KIND_BITS + 2 + (dense ? DENSE_BITS : sparse) + point_bits(tile);
   bool whole = bits <= left(map);
@@ -215,13 +232,14 @@ static bool add_mixed(wire_map_t *map, const wire_tile_t *tile) {
   if (dense) {
     put_dense(map, tile->states);
   } else {
-    put_sparse(map, tile->states);
+    put_sparse(map, off);
   }
   put(map, 1, whole ? 1u : 0u);
   put(map, whole ? 0 : CELL_BITS, tile->first_point);
   put_points(map, tile, whole ? 0u : tile->first_point % WIRE_MAP_CELLS, whole ? 1 : POINT_BITS);
   map->full = !whole;
   map->run = 0;
+  step(map);
   return true;
 }
 
@@ -229,12 +247,7 @@ bool wire_map_add(wire_map_t *map, const wire_tile_t *tile) {
   if (map->full || tile->tile != map->tile) {
     return false;
   }
-  if (!(uniform(tile) ? add_to_run(map, tile->states[0]) : add_mixed(map, tile))) {
-    return false;
-  }
-  map->tile++;
-  map->full = map->full || map->tile == 0;
-  return true;
+  return uniform(tile) ? wire_map_add_plain(map, tile->states[0]) : add_mixed(map, tile);
 }
 
 void wire_map_end(wire_map_t *map) {
@@ -287,8 +300,7 @@ bool wire_map_read(wire_map_t *map, wire_tile_t *tile) {
     get_mixed(map, tile);
   }
   map->run--;
-  map->tile++;
-  map->full = map->full || map->tile == 0;
+  step(map);
   if (map->full) {
     map->run = 0;
   }

@@ -98,6 +98,19 @@ class Ranges:
 
 
 @dataclass(frozen=True, slots=True)
+class Odometry:
+    """The firmware's own estimate, which drifts: odometry frame, velocity too."""
+
+    drone_ms: int
+    pose: Pose
+    roll_rad: float
+    pitch_rad: float
+    vx_mps: float
+    vy_mps: float
+    yaw_rate_rps: float
+
+
+@dataclass(frozen=True, slots=True)
 class Positioned:
     """What the pose comes from just now."""
 
@@ -273,7 +286,7 @@ class LinkStats:
     dropped_messages: int = 0
 
 
-LogMessage = Telemetry | Health | Ranges | Positioned | MapPiece
+LogMessage = Telemetry | Health | Ranges | Odometry | Positioned | MapPiece
 AppMessage = Hello | Ack | RoutePiece | Event | Beat
 Incoming = LogMessage | AppMessage | Console | ParameterValue | LinkChange
 AppRequest = Command | Waypoints | HelloRequest | SnapshotRequest | Heartbeat | MapPiece

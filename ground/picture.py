@@ -17,6 +17,7 @@ from ground.model import (
     LinkChange,
     LinkState,
     MapPiece,
+    Odometry,
     ParameterValue,
     Point,
     Positioned,
@@ -38,6 +39,7 @@ class Picture:
         self.telemetry: Telemetry | None = None
         self.health: Health | None = None
         self.ranges: Ranges | None = None
+        self.odometry: Odometry | None = None
         self.source: Source | None = None
         self.hello: Hello | None = None
         self.link = LinkChange(LinkState.CLOSED, "not connected")
@@ -70,6 +72,8 @@ class Picture:
                 self.health = message
             case Ranges():
                 self.ranges = message
+            case Odometry():
+                self.odometry = message
             case Positioned():
                 self.source = message.source
             case Hello():
@@ -85,7 +89,7 @@ class Picture:
                 self._take_console(text)
             case ParameterValue(name, value):
                 self.parameters[name] = value
-        if isinstance(message, Telemetry | Health | Ranges | Positioned | Beat):
+        if isinstance(message, Telemetry | Health | Ranges | Odometry | Positioned | Beat):
             self.drone_ms = message.drone_ms
 
     def _extend_trail(self, telemetry: Telemetry) -> None:

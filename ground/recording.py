@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import logging
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 from mcap.exceptions import McapError
 from mcap.records import Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
+from zstandard import ZstdError
 
 from ground.codec import KINDS, SENT_KINDS, from_json
 from ground.errors import LinkUnavailable
@@ -20,6 +22,8 @@ from ground.record import SENT
 
 log = logging.getLogger(__name__)
 
+# What mcap and zstandard raise on a file that was cut off or changed.
+DAMAGE = (McapError, ValueError, LookupError, EOFError, OverflowError, struct.error, ZstdError)
 RESTART_MS = 10_000  # the drone's clock jumps by more: it is another one
 
 
@@ -53,7 +57,7 @@ def read_entries(path: Path) -> Iterator[Entry]:
                     yield Entry(record.log_time / 1e9, topics[record.channel_id], record.data)
                 elif isinstance(record, Metadata) and record.name == "wayflie":
                     yield Entry(0.0, "", json.dumps(record.metadata).encode())
-        except (McapError, ValueError) as error:
+        except DAMAGE as error:
             log.warning("%s: the recording ends early or is damaged: %s", path, error)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from ground.checks import Check
 from ground.codec import SENT_KINDS
+from ground.core import MissionState
 from ground.errors import GroundError
 from ground.map import GroundMap
 from ground.model import (
@@ -40,6 +41,7 @@ from ground.sim.model import RANGE_NONE_MM, Readings
 from ground.wire import decode_message, encode_request
 
 TICK_MS: Final = 20
+ON_GROUND_M: Final = 0.2
 WARM_UP_MS: Final = 2000
 RANGES_MS: Final = 100
 TX_PACKETS: Final = 100
@@ -86,7 +88,8 @@ class RadioRerun:
         first = next((w.message for w in self._session if isinstance(w.message, Telemetry)), None)
         if not isinstance(first, Telemetry) or not any_odometry:
             raise GroundError("this recording has no odometry: it cannot be computed again")
-        if first.state.airborne:
+        starts = first.state in (MissionState.IDLE, MissionState.TAKEOFF)
+        if not starts or first.pose.z_m > ON_GROUND_M:
             raise GroundError("this recording begins in flight: what was before is not in it")
 
     def _take(self, word: Spoken) -> None:

@@ -18,6 +18,7 @@ from ground.errors import GroundError, LinkUnavailable
 from ground.link_replay import ReplayLink
 from ground.model import Incoming, MapPiece, Point, Pose, Telemetry
 from ground.record import RecordedLink
+from ground.recordfile import RecordFile
 from ground.recording import read_recording
 from ground.station import station_on
 from tests.ground.fakelink import FakeLink
@@ -87,6 +88,23 @@ def test_a_file_that_was_cut_off_gives_what_is_whole(tmp_path: Path) -> None:
     path.write_bytes(whole[: len(whole) // 2])
     messages = [message for _, message in read_recording(path)]
     assert 100 < len(messages) < len(spoken())
+
+
+@given(st.integers(0, 4000), st.lists(st.tuples(st.integers(0, 4000), st.integers(1, 255))))
+def test_a_damaged_file_never_raises(
+    tmp_path_factory: pytest.TempPathFactory, end: int, changes: list[tuple[int, int]]
+) -> None:
+    path = tmp_path_factory.mktemp("damaged") / "flight.mcap"
+    record = RecordFile(path, {"world": "flat"})
+    for number, message in enumerate(spoken()[:30]):
+        record.note("/Telemetry", message, number)
+    record.close()
+    data = bytearray(path.read_bytes()[:end])
+    for at, mask in changes:
+        if at < len(data):
+            data[at] ^= mask
+    path.write_bytes(data)
+    assert all(isinstance(message, Telemetry) for _, message in read_recording(path))
 
 
 @pytest.mark.parametrize("content", [b"", b"no recording", b"\x89MCAP0\r\n"])

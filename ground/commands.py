@@ -29,7 +29,6 @@ from ground.session import (
     narrated,
 )
 from ground.station import Station, station_on
-from ground.web.cockpit import Cockpit
 from ground.web.fleet import Fleet, Member
 from ground.web.server import page_server
 from ground.words import COMMAND_WORDS
@@ -172,7 +171,5 @@ async def serve_ground(
     several = len(members) > 1
     async with page_server(fleet, port, bind) as address:
         out.print(f"page: [bold]{address}[/]   (Ctrl-C lands and ends)")
-        await asyncio.gather(
-            *(keep_connected(member, several, record, out) for member in members)
-        )
+        await asyncio.gather(*(keep_connected(member, several, record, out) for member in members))
     return True

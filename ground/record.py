@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import logging
 import time
 from collections.abc import AsyncIterator, Callable
@@ -27,7 +28,15 @@ OFF = Path("off")
 
 def recorded(link: Link, where: Path | None) -> Link:
     """The link, recorded into that file; None: into a new one among the recordings; or OFF."""
-    return link if where == OFF else RecordedLink(link, where or new_recording())
+    return link if where == OFF else RecordedLink(link, where)
+
+
+def not_taken(file: Path) -> Path:
+    """The file, or as many as there are already: FILE, FILE-2, FILE-3."""
+    if file == OFF or not file.exists():
+        return file
+    numbered = (file.with_stem(f"{file.stem}-{number}") for number in itertools.count(2))
+    return next(name for name in numbered if not name.exists())
 
 
 @contextlib.asynccontextmanager
@@ -43,9 +52,10 @@ async def where_told(link: Link, out: Rich) -> AsyncIterator[None]:
 class RecordedLink:
     """A link that writes down everything that it hears and sends."""
 
-    def __init__(self, link: Link, path: Path) -> None:
+    def __init__(self, link: Link, where: Path | None) -> None:
         self._link = link
-        self.path = path
+        self._where = where
+        self.path = where or OFF
         self._file: RecordFile | None = None
         self._view: FoxgloveView | None = None
 
@@ -58,6 +68,7 @@ class RecordedLink:
         """Connect, then begin the file: a link that does not open leaves none."""
         await self._link.open()
         try:
+            self.path = self._where or new_recording()
             self._file = RecordFile(self.path, {})
         except GroundError:
             await self._link.close()

@@ -23,7 +23,10 @@ from ground.record import SENT
 log = logging.getLogger(__name__)
 
 # What mcap and zstandard raise on a file that was cut off or changed.
-DAMAGE = (McapError, ValueError, LookupError, EOFError, OverflowError, struct.error, ZstdError)
+DAMAGE = (
+    McapError, ValueError, LookupError, EOFError, OverflowError, MemoryError, struct.error, ZstdError,
+)  # fmt: skip
+RECORD_BYTES_MAX = 1 << 24  # a chunk of ours is far smaller
 RESTART_MS = 10_000  # the drone's clock jumps by more: it is another one
 
 
@@ -50,7 +53,9 @@ def read_entries(path: Path) -> Iterator[Entry]:
     topics: dict[int, str] = {}
     with path.open("rb") as file:
         try:
-            for record in StreamReader(file).records:
+            for record in StreamReader(
+                file, validate_crcs=True, record_size_limit=RECORD_BYTES_MAX
+            ).records:
                 if isinstance(record, Channel):
                     topics[record.id] = record.topic
                 elif isinstance(record, Message) and record.channel_id in topics:

@@ -4,6 +4,8 @@
 const PLAY = "\u25b6";
 const PAUSE = "\u275a\u275a";
 const $ = (id) => document.getElementById(id);
+const WINDS_MS = 150;
+let timer = 0; // runs while the wish for the slider's newest place waits
 let held = false; // the user holds the slider: it stays where it is held
 
 export function showTimeline(replay) {
@@ -24,9 +26,12 @@ export function listenToTimeline(wish) {
   $("play").onclick = () => wish({ do: $("play").ariaLabel.toLowerCase() });
   slider.oninput = () => {
     held = true;
-    wish({ do: "seek", s: Number(slider.value) });
+    timer ||= setTimeout(() => {
+      timer = 0;
+      wish({ do: "seek", s: Number(slider.value) });
+    }, WINDS_MS);
   };
-  slider.onchange = () => (held = false);
+  slider.onchange = () => setTimeout(() => (held = false), 2 * WINDS_MS); // until it is there
 }
 
 function words(at, of) {

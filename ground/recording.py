@@ -24,7 +24,8 @@ log = logging.getLogger(__name__)
 
 # What mcap and zstandard raise on a file that was cut off or changed.
 DAMAGE = (
-    McapError, ValueError, LookupError, EOFError, OverflowError, MemoryError, struct.error, ZstdError,
+    McapError, ValueError, LookupError, EOFError, OverflowError, MemoryError,
+    struct.error, ZstdError,
 )  # fmt: skip
 RECORD_BYTES_MAX = 1 << 24  # a chunk of ours is far smaller
 RESTART_MS = 10_000  # the drone's clock jumps by more: it is another one

@@ -29,7 +29,7 @@ setup: $(VENV)/.built ## Create .venv with everything in it; compile the C code 
 $(VENV)/.installed: pyproject.toml
 	tests/tools/debian_packages.sh host
 	python3 -m venv $(VENV)
-	$(BIN)/python $(PIP) --editable '.[sim,bench,dev]'
+	$(BIN)/python $(PIP) --editable '.[sim,plot,bench,dev]'
 	@touch $@
 
 $(VENV)/.built: $(VENV)/.installed $(C_SOURCES) $(BUILD_SCRIPTS)

@@ -8,7 +8,6 @@ import logging
 import signal
 import sys
 from collections.abc import Coroutine
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -18,9 +17,21 @@ from ground import __version__
 from ground.checks import Files
 from ground.cli_bench import bench_app
 from ground.cli_campaign import campaign
-from ground.cli_connections import Port, add_connections
+from ground.cli_connections import add_connections
+from ground.cli_map import map_app
 from ground.cli_missions import add_missions
-from ground.cli_parts import EXIT_INTERRUPTED, SIMULATOR_URI, JsonFile, Record, Uri, err, fail, out
+from ground.cli_parts import (
+    EXIT_INTERRUPTED,
+    SIMULATOR_URI,
+    JsonFile,
+    Port,
+    Record,
+    Uri,
+    err,
+    fail,
+    out,
+)
+from ground.cli_records import add_records
 from ground.errors import GroundError
 
 app = typer.Typer(
@@ -32,7 +43,6 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
 )
-map_app = typer.Typer(help="The map that the drone has made.", no_args_is_help=True)
 app.add_typer(map_app, name="map")
 app.add_typer(bench_app, name="bench")
 app.command()(campaign)
@@ -84,11 +94,12 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="Same seed, same room and noise.")] = 1,
     port: Port = None,
     json_file: JsonFile = None,
+    record: Record = None,
 ) -> None:
     """Fly a simulated Crazyflie through a flat that it has never seen, and watch it."""
     from ground.demo import DemoOptions, run_demo
 
-    _run(run_demo(DemoOptions(world, headless, seed, port, json_file), out))
+    _run(run_demo(DemoOptions(world, headless, seed, port, json_file, record), out))
 
 
 @app.command(
@@ -105,18 +116,7 @@ def sim(ctx: typer.Context) -> None:
 
 
 add_connections(app, _run)
-
-
-@app.command()
-def replay(
-    file: Annotated[Path, typer.Argument(help="What `wayflie goto --record` has written.")],
-    speed: Annotated[float, typer.Option(min=0.1, max=1000.0, help="Times as fast.")] = 1.0,
-    port: Port = None,
-) -> None:
-    """Show a recorded flight on the page again."""
-    from ground.commands import replay_flight
-
-    _run(replay_flight(file, speed, port, out))
+add_records(app, _run)
 
 
 @app.command(context_settings={"ignore_unknown_options": True})
@@ -146,15 +146,15 @@ add_missions(app, _run)
 
 
 @app.command()
-def home(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None) -> None:
+def home(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None, record: Record = None) -> None:
     """Fly back to where it took off, and land."""
-    _mission("HOME", uri, Files(json_file))
+    _mission("HOME", uri, Files(json_file, record))
 
 
 @app.command()
-def land(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None) -> None:
+def land(uri: Uri = SIMULATOR_URI, json_file: JsonFile = None, record: Record = None) -> None:
     """Land where it is."""
-    _mission("LAND", uri, Files(json_file))
+    _mission("LAND", uri, Files(json_file, record))
 
 
 def _mission(name: str, uri: str, files: Files) -> None:
@@ -170,28 +170,6 @@ def stop(uri: Uri = SIMULATOR_URI) -> None:
     from ground.commands import emergency_stop
 
     _run(emergency_stop(uri, out))
-
-
-@map_app.command("save")
-def map_save(
-    file: Annotated[Path, typer.Argument(help="A .png picture or .npz arrays.")],
-    uri: Uri = SIMULATOR_URI,
-) -> None:
-    """Fetch the whole map from the drone and write it to a file."""
-    from ground.commands import fetch_map
-
-    _run(fetch_map(uri, file, out))
-
-
-@map_app.command("load")
-def map_load(
-    file: Annotated[Path, typer.Argument(help="What `wayflie map save` wrote as .npz.")],
-    uri: Uri = SIMULATOR_URI,
-) -> None:
-    """Give the drone, on the ground, a map to find itself in."""
-    from ground.commands import give_map
-
-    _run(give_map(uri, file, out))
 
 
 def main() -> None:

@@ -9,15 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ground.cli_parts import SIMULATOR_URI, JsonFile, fail, out
+from ground.cli_parts import SIMULATOR_URI, JsonFile, Port, Record, fail, out
 from ground.errors import GroundError
 
 if TYPE_CHECKING:
     from ground.web.fleet import Member
 
-Port = Annotated[
-    int | None, typer.Option(min=0, max=65535, help="Of the page; the usual or a free one.")
-]
 Uris = Annotated[
     list[str] | None,
     typer.Option(
@@ -68,13 +65,14 @@ def add_connections(app: typer.Typer, run: Callable[[Coroutine[Any, Any, bool]],
                 "for a token, which is printed."
             ),
         ] = "127.0.0.1",
+        record: Record = None,
     ) -> None:
         """Serve the page for a drone, or several: map, state, and buttons to fly them."""
         from ground.commands import serve_ground
 
         found = [one for one in _scan() if not one.startswith("serial://")] if every else uri
         uris = found or [SIMULATOR_URI]
-        run(serve_ground(members_of(uris), port, bind, out))
+        run(serve_ground(members_of(uris), port, bind, record, out))
 
     @app.command()
     def scan() -> None:

@@ -62,8 +62,9 @@ def add_missions(app: typer.Typer, run: Callable[[Coroutine[Any, Any, bool]], No
             float, typer.Option(min=-20.0, max=20.0, help="How often; to the right if negative.")
         ] = 1.0,
         json_file: JsonFile = None,
+        record: Record = None,
     ) -> None:
         """Turn in place, for fun and to look around, and land."""
         from ground.commands import spin_round
 
-        run(spin_round(uri, turns, Files(json_file), out))
+        run(spin_round(uri, turns, Files(json_file, record), out))

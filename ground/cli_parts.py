@@ -19,12 +19,20 @@ JsonFile = Annotated[
     Path | None, typer.Option("--json", help="Write figures and checks to this file.")
 ]
 
+Port = Annotated[
+    int | None, typer.Option(min=0, max=65535, help="Of the page; the usual or a free one.")
+]
 Uri = Annotated[
     str,
     typer.Option(envvar="CFLIB_URI", help="Which Crazyflie; the simulator's if not given."),
 ]
 Record = Annotated[
-    Path | None, typer.Option("--record", help="Record the flight into this MCAP file.")
+    Path | None,
+    typer.Option(
+        "--record",
+        metavar="FILE|off",
+        help="Record the session into this MCAP file; else into a new one among the recordings.",
+    ),
 ]
 
 

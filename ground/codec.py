@@ -5,13 +5,16 @@ from __future__ import annotations
 
 import dataclasses
 from enum import Enum
+from functools import cache
 from types import GenericAlias
-from typing import Any, TypeAlias, get_args, get_type_hints
+from typing import Any, TypeAlias, TypeVar, get_args, get_type_hints
 
-from ground.model import Incoming
+from ground.model import Incoming, Outgoing
 
 Json: TypeAlias = Any
+T = TypeVar("T", bound=Incoming | Outgoing)
 KINDS: dict[str, type[Incoming]] = {kind.__name__: kind for kind in get_args(Incoming)}
+SENT_KINDS: dict[str, type[Outgoing]] = {kind.__name__: kind for kind in get_args(Outgoing)}
 
 
 def to_json(value: object) -> Json:
@@ -27,18 +30,23 @@ def to_json(value: object) -> Json:
     return value
 
 
-def from_json(kind: type[Incoming], data: Json) -> Incoming:
+def from_json(kind: type[T], data: Json) -> T:
     """The message that to_json() was given. Raises ValueError where data is something else."""
     try:
-        message: Incoming = _value(kind, data)
+        message: T = _value(kind, data)
     except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"this is no {kind.__name__}: {error}") from error
     return message
 
 
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind)
+
+
 def _value(kind: Json, data: Json) -> Json:
     if hasattr(kind, "__dataclass_fields__"):
-        hints = get_type_hints(kind)
+        hints = _hints(kind)
         return kind(*(_value(hints[name], data[name]) for name in kind.__dataclass_fields__))
     if isinstance(kind, GenericAlias):  # tuple[...]
         kinds = get_args(kind)

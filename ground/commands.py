@@ -12,15 +12,15 @@ from rich.console import Console
 
 from ground.checks import Check, Files, write_report
 from ground.core import MissionCmd, MissionReason
-from ground.errors import LinkLost, NotReached
+from ground.errors import GroundError, NotReached
 from ground.flight import Outcome, fly
 from ground.link_kept import KeptLink
 from ground.link_radio import RadioLink
-from ground.link_replay import ReplayLink
 from ground.mapfile import load_map, save_map
-from ground.mapsend import send_map
-from ground.model import Point
-from ground.record import RecordedLink
+from ground.mapsend import forget_map, send_map
+from ground.model import Point, Pose
+from ground.record import recorded, where_told
+from ground.rosmap import fit, load_ros
 from ground.session import (
     explain,
     fly_when_settled,
@@ -29,7 +29,6 @@ from ground.session import (
     narrated,
 )
 from ground.station import Station, station_on
-from ground.web.cockpit import Cockpit
 from ground.web.fleet import Fleet, Member
 from ground.web.server import page_server
 from ground.words import COMMAND_WORDS
@@ -39,10 +38,10 @@ MAP_PATIENCE_S = 30.0
 
 @contextlib.asynccontextmanager
 async def _flying(uri: str, files: Files, out: Console) -> AsyncIterator[Station]:
-    kept = KeptLink(lambda: RadioLink(uri))
-    link = RecordedLink(kept, files.recording) if files.recording else kept
+    link = recorded(KeptLink(lambda: RadioLink(uri)), files.recording)
     async with (
         station_on(link) as station,
+        where_told(link, out),
         narrated(station, out),
         landing_on_interrupt(station, out),
     ):
@@ -145,10 +144,18 @@ async def fetch_map(uri: str, file: Path, out: Console) -> bool:
     return grid.completeness == 1
 
 
-async def give_map(uri: str, file: Path, out: Console) -> bool:
-    """Let the drone have a map that was saved."""
-    kept = load_map(file)
+async def give_map(uri: str, file: Path, stands: Pose | None, out: Console) -> bool:
+    """Let the drone have a map from a file; `stands` is where in it the drone is now."""
+    arrays = file.suffix.lower() == ".npz"
+    if arrays and stands:
+        raise GroundError("--pose is for ROS maps: in its own map a drone finds itself")
+    ros = None if arrays else load_ros(file)
     async with station_on(RadioLink(uri)) as station:
+        if ros is None:
+            kept = load_map(file)
+        else:
+            await forget_map(station)
+            kept = fit(ros, station.picture.map, stands)
         await send_map(station, kept)
     out.print(
         f"{kept.known_cells} known cells sent: before it flies on, it finds its place in them"
@@ -156,25 +163,13 @@ async def give_map(uri: str, file: Path, out: Console) -> bool:
     return True
 
 
-async def replay_flight(file: Path, speed: float, port: int | None, out: Console) -> bool:
-    """Show a recording on the page, until Ctrl-C."""
-    async with (
-        station_on(ReplayLink(file, speed)) as station,
-        narrated(station, out),
-        page_server(Fleet.of(Cockpit(station)), port) as address,
-    ):
-        out.print(f"page: [bold]{address}[/]   recording: {file}   (Ctrl-C ends)")
-        with contextlib.suppress(LinkLost):
-            await station.ended()
-        out.print("the recording has ended; the page stays until Ctrl-C")
-        await asyncio.Event().wait()
-    return True
-
-
-async def serve_ground(members: list[Member], port: int | None, bind: str, out: Console) -> bool:
+async def serve_ground(
+    members: list[Member], port: int | None, bind: str, record: Path | None, out: Console
+) -> bool:
     """The page for these drones, until Ctrl-C."""
     fleet = Fleet(members)
+    several = len(members) > 1
     async with page_server(fleet, port, bind) as address:
         out.print(f"page: [bold]{address}[/]   (Ctrl-C lands and ends)")
-        await asyncio.gather(*(keep_connected(member, len(members) > 1, out) for member in members))
+        await asyncio.gather(*(keep_connected(member, several, record, out) for member in members))
     return True

@@ -23,6 +23,7 @@ from ground.flight import Outcome, fly
 from ground.link_radio import RadioLink
 from ground.map import GroundMap
 from ground.model import LinkStats, Point
+from ground.record import recorded, where_told
 from ground.session import explain, fly_when_settled, landing_on_interrupt, narrated
 from ground.sim.process import SimulatorProcess
 from ground.sim.world import World, load_world
@@ -45,6 +46,7 @@ class DemoOptions:
     seed: int = 1
     port: int | None = None
     json_file: Path | None = None
+    recording: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +69,12 @@ async def run_demo(options: DemoOptions, out: Console) -> bool:
     begin_s = time.monotonic()
     arguments = ("--world", options.world, "--speed", speed, "--seed", str(options.seed))
     with SimulatorProcess(*arguments) as simulator:
-        link = RadioLink(simulator.uri)
-        async with station_on(link) as station, _shown(station, options, out):
+        link = recorded(RadioLink(simulator.uri), options.recording)
+        async with (
+            station_on(link) as station,
+            where_told(link, out),
+            _shown(station, options, out),
+        ):
             out.print(f"goal ({goal.x_m:.2f}, {goal.y_m:.2f}) in the world `{options.world}`")
             flight = await _fly(station, goal, out)
             wall_s = time.monotonic() - begin_s

@@ -1,80 +1,131 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Link over a recording: hears again what was heard then, at its pace. Commands go nowhere."""
+"""Link over a recording: hears again what was heard then. It can be paused and wound to and fro."""
 
 from __future__ import annotations
 
 import asyncio
-import json
-import logging
-import struct
-from collections.abc import AsyncIterator, Iterator
+from bisect import bisect_right
+from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 
-from mcap.exceptions import McapError
-from mcap.records import Channel, Message
-from mcap.stream_reader import StreamReader
-
-from ground.codec import KINDS, from_json
-from ground.errors import LinkUnavailable
 from ground.model import Incoming, LinkChange, LinkState, LinkStats, Outgoing
-
-log = logging.getLogger(__name__)
+from ground.recording import Spoken, read_session
 
 LONGEST_PAUSE_S = 2.0
-
-
-def read_recording(path: Path) -> Iterator[tuple[float, Incoming]]:
-    """Seconds and messages of a file; one that was cut off gives what is whole of it."""
-    topics: dict[int, str] = {}
-    with path.open("rb") as file:
-        try:
-            for record in StreamReader(file).records:
-                if isinstance(record, Channel):
-                    topics[record.id] = record.topic.removeprefix("/")
-                elif isinstance(record, Message) and topics.get(record.channel_id) in KINDS:
-                    kind = KINDS[topics[record.channel_id]]
-                    yield record.log_time / 1e9, from_json(kind, json.loads(record.data))
-        except (McapError, ValueError, struct.error) as error:
-            log.warning("%s: the recording ends early or is damaged: %s", path, error)
+BREATH_MESSAGES = 500  # while winding, others of the loop get their turn after so many
+TICK_S = 0.05
 
 
 class ReplayLink:
-    """A recorded session."""
+    """A recorded session. Commands go nowhere."""
 
     def __init__(self, path: Path, speed: float = 1.0) -> None:
         self._path = path
-        self._speed = speed
+        self._heard: list[Spoken] = []
+        self._times_s: list[float] = []
+        self._next = 0
+        self._wanted_s: float | None = None
+        self._woken = asyncio.Event()
         self._closed = False
+        self.speed = speed
+        self.playing = True
+        self.position_s = 0.0
+        self.on_rewind: Callable[[], None] = lambda: None
+        """Called before everything is heard again from the start."""
 
     @property
     def stats(self) -> LinkStats:
         """Nothing is lost here."""
         return LinkStats()
 
+    @property
+    def duration_s(self) -> float:
+        """By the drone's clock."""
+        return self._times_s[-1] if self._times_s else 0.0
+
+    @property
+    def ended(self) -> bool:
+        """Everything was heard."""
+        return self._next >= len(self._heard)
+
     async def open(self) -> None:
-        """See that there is something to hear."""
-        try:
-            first = next(read_recording(self._path), None)
-        except OSError as error:
-            raise LinkUnavailable(f"cannot read {self._path}: {error.strerror}") from error
-        if first is None:
-            raise LinkUnavailable(f"{self._path} is no recording of Wayflie")
+        """Read the file. Raises LinkUnavailable."""
+        words = await asyncio.to_thread(read_session, self._path)
+        self._heard = [word for word in words if not word.sent]
+        self._times_s = [word.time_s for word in self._heard]
 
     async def close(self) -> None:
         """Stop where it is."""
         self._closed = True
+        self._woken.set()
 
     def send(self, message: Outgoing) -> None:
         """Nobody is there to hear it."""
 
+    def play(self) -> None:
+        """Go on; from the start where it has ended."""
+        self.playing = True
+        if self.ended:
+            self._wanted_s = 0.0
+        self._woken.set()
+
+    def pause(self) -> None:
+        """Stay where it is."""
+        self.playing = False
+        self._woken.set()
+
+    def seek(self, time_s: float) -> None:
+        """Go to that time; everything up to there is heard at once."""
+        self._wanted_s = min(max(time_s, 0.0), self.duration_s)
+        self._woken.set()
+
+    async def finished(self) -> None:
+        """Wait until everything was heard."""
+        while not self.ended:
+            await asyncio.sleep(TICK_S)
+
     async def messages(self) -> AsyncIterator[Incoming]:
-        """The recording, then the end of the link."""
-        before_s: float | None = None
-        for time_s, message in read_recording(self._path):
-            pause_s = min(time_s - (before_s or time_s), LONGEST_PAUSE_S) / self._speed
-            before_s = time_s
-            await asyncio.sleep(max(pause_s, 0.0))
-            if self._closed:
-                return
-            yield message
-        yield LinkChange(LinkState.LOST, "the recording has ended")
+        """The recording; at its end it waits to be wound back, until it is closed."""
+        while not self._closed:
+            if self._wanted_s is not None:
+                async for message in self._wind(self._wanted_s):
+                    yield message
+            elif self.ended or not self.playing:
+                await self._rest(None)
+            elif await self._rest(self._pause_s()):
+                yield self._take()
+        yield LinkChange(LinkState.CLOSED, "the replay has ended")
+
+    async def _wind(self, wanted_s: float) -> AsyncIterator[Incoming]:
+        self._wanted_s = None
+        if wanted_s < self.position_s:
+            self.on_rewind()
+            self._next, self.position_s = 0, 0.0
+        until = bisect_right(self._times_s, wanted_s)
+        while self._next < until and self._wanted_s is None and not self._closed:
+            yield self._take()
+            if self._next % BREATH_MESSAGES == 0:
+                await asyncio.sleep(0)
+        self.position_s = max(self.position_s, wanted_s if self._wanted_s is None else 0.0)
+
+    def _take(self) -> Incoming:
+        word = self._heard[self._next]
+        self._next += 1
+        self.position_s = max(self.position_s, word.time_s)
+        return word.message  # type: ignore[return-value]
+
+    def _pause_s(self) -> float:
+        pause_s = self._times_s[self._next] - self.position_s
+        return max(0.0, min(pause_s, LONGEST_PAUSE_S) / self.speed)
+
+    async def _rest(self, pause_s: float | None) -> bool:
+        """Sleep so long; None: until something is wanted. @return False if woken before"""
+        if pause_s == 0.0:
+            await asyncio.sleep(0)
+            return True
+        self._woken.clear()
+        try:
+            await asyncio.wait_for(self._woken.wait(), pause_s)
+        except TimeoutError:
+            return True
+        return False

@@ -13,7 +13,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ground.core import MissionReason, MissionState, SelfTest, Source
-from ground.model import Health, LogMessage, MapPacket, Point, Pose, Positioned, Ranges, Telemetry
+from ground.missing import MapPacket
+from ground.model import Health, LogMessage, Odometry, Point, Pose, Positioned, Ranges, Telemetry
 from ground.wire import is_map_piece
 
 Values = Mapping[str, float]
@@ -80,6 +81,23 @@ def decode_ranges(drone_ms: int, values: Values) -> Ranges:
     return Ranges(drone_ms, *metres)
 
 
+def decode_odometry(drone_ms: int, values: Values) -> Odometry | None:
+    """Values of the block `odometry`."""
+    numbers = [float(values[name]) for name, _ in ODOMETRY_VARIABLES]
+    if not all(map(math.isfinite, numbers)):
+        return None
+    x_m, y_m, yaw_deg, z_m, vx_mps, vy_mps, roll_deg, pitch_deg, gyro_dps = numbers
+    return Odometry(
+        drone_ms=drone_ms,
+        pose=Pose(x_m, y_m, z_m, math.radians(yaw_deg)),
+        roll_rad=math.radians(roll_deg),
+        pitch_rad=math.radians(pitch_deg),
+        vx_mps=vx_mps,
+        vy_mps=vy_mps,
+        yaw_rate_rps=math.radians(gyro_dps),
+    )
+
+
 def decode_source(drone_ms: int, values: Values) -> Positioned | None:
     """Values of the block `source`."""
     source = values["way.source"]
@@ -121,6 +139,14 @@ HEALTH_VARIABLES = (
 RANGE_VARIABLES = tuple(
     (f"range.{side}", "uint16_t") for side in ("front", "back", "left", "right", "up")
 )
+ODOMETRY_VARIABLES = (
+    ("stateEstimate.x", "float"),
+    ("stateEstimate.y", "float"),
+    ("stateEstimate.yaw", "float"),
+    *((f"stateEstimate.{name}", "FP16") for name in ("z", "vx", "vy", "roll", "pitch")),
+    ("gyro.z", "FP16"),
+)
+ODOMETRY_PERIOD_MS = 20  # of the app's ticks, so that a recording can be computed again
 SOURCE_VARIABLES = (("way.source", "uint8_t"),)
 MAP_VARIABLES = (*((name, "uint32_t") for name in MAP_WORDS[:6]), (MAP_WORDS[6], "uint16_t"))
 
@@ -132,5 +158,8 @@ def log_blocks(map_period_ms: int) -> tuple[LogBlock, ...]:
         LogBlock("map", map_period_ms, MAP_VARIABLES, decode_map),
         LogBlock("health", 500, HEALTH_VARIABLES, decode_health),
         LogBlock("ranges", 100, RANGE_VARIABLES, decode_ranges, required=False),
+        LogBlock(
+            "odometry", ODOMETRY_PERIOD_MS, ODOMETRY_VARIABLES, decode_odometry, required=False
+        ),
         LogBlock("source", 500, SOURCE_VARIABLES, decode_source, required=False),
     )

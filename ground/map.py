@@ -18,7 +18,8 @@ from ground.core import (
     TILES_PER_ROW,
     CellState,
 )
-from ground.model import Hello, MapPacket, MapPiece, Point
+from ground.missing import MapPacket
+from ground.model import Hello, MapPiece, Point
 from ground.wire import decode_map_piece
 
 RATE_PACKETS = 64

@@ -1,41 +1,66 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The map in files: written as a picture or as arrays, read from arrays."""
+"""The map in files: pictures, ROS maps, tables and arrays; read back from arrays and ROS maps."""
 
 from __future__ import annotations
 
-import struct
-import zlib
+import csv
+from collections.abc import Iterable
 from pathlib import Path
 from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from ground.core import CellState
 from ground.errors import GroundError
 from ground.map import GroundMap
+from ground.mapsvg import svg_text
 from ground.model import Point
+from ground.rosmap import save_ros, shades
 
 PIXELS_PER_CELL = 6
-_GREYS = {CellState.UNKNOWN: 205, CellState.FREE: 254, CellState.OCCUPIED: 0}
+KINDS = (".yaml", ".png", ".svg", ".csv", ".npz")
+
+
+def check_free(files: Iterable[Path], force: bool) -> None:
+    """Nothing is overwritten unasked. Raises GroundError, also for an ending that is unknown."""
+    for file in files:
+        if file.suffix.lower() not in KINDS:
+            raise GroundError(f"cannot write {file.name}: use {_listed()}")
+        pair = [file, file.with_suffix(".pgm")] if file.suffix == ".yaml" else [file]
+        for path in pair:
+            if path.exists() and not force:
+                raise GroundError(f"{path} exists already: name another file, or --force")
 
 
 def save_map(grid: GroundMap, path: Path) -> None:
-    """`.png`: a picture, north up. `.npz`: states, obstacles_m, cell_m, origin_m."""
+    """By its ending.
+
+    `.yaml`: with a `.pgm`, for ROS map_server. `.png` and `.svg`: pictures, north up. `.csv`: the
+    obstacles, x and y in metres. `.npz`: states, obstacles_m, cell_m, origin_m.
+    """
     match path.suffix.lower():
+        case ".yaml":
+            save_ros(grid, path)
         case ".png":
-            path.write_bytes(_png(_picture(grid)))
+            Image.fromarray(_enlarged(shades(grid))).save(path)
+        case ".svg":
+            path.write_text(svg_text(grid))
+        case ".csv":
+            save_table(path, ("x_m", "y_m"), grid.obstacles_m().tolist())
         case ".npz":
-            origin_m = (grid.origin.x_m, grid.origin.y_m)
-            np.savez_compressed(
-                path,
-                states=grid.states,
-                obstacles_m=grid.obstacles_m(),
-                cell_m=grid.cell_m,
-                origin_m=origin_m,
-            )
+            _save_arrays(grid, path)
         case suffix:
-            raise GroundError(f"cannot write a map as {suffix or path.name!r}: use .png or .npz")
+            raise GroundError(f"cannot write a map as {suffix or path.name!r}: use {_listed()}")
+
+
+def save_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[float]]) -> None:
+    """A CSV file: a line of names, then numbers with six digits."""
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows([f"{value:.6g}" for value in row] for row in rows)
 
 
 def load_map(path: Path) -> GroundMap:
@@ -56,23 +81,19 @@ def load_map(path: Path) -> GroundMap:
     return grid
 
 
-def _picture(grid: GroundMap) -> NDArray[np.uint8]:
-    shades = np.zeros(len(CellState), np.uint8)
-    for state, grey in _GREYS.items():
-        shades[state] = grey
-    cells = shades[grid.states[::-1]]
+def _save_arrays(grid: GroundMap, path: Path) -> None:
+    np.savez_compressed(
+        path,
+        states=grid.states,
+        obstacles_m=grid.obstacles_m(),
+        cell_m=grid.cell_m,
+        origin_m=(grid.origin.x_m, grid.origin.y_m),
+    )
+
+
+def _enlarged(cells: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return cells.repeat(PIXELS_PER_CELL, axis=0).repeat(PIXELS_PER_CELL, axis=1)
 
 
-def _png(grey: NDArray[np.uint8]) -> bytes:
-    """A greyscale PNG (W3C PNG, 2003: signature, IHDR, IDAT, IEND; filter 0 in front of a row)."""
-    height, width = grey.shape
-    rows = np.insert(grey, 0, 0, axis=1).tobytes()
-    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
-    chunks = [(b"IHDR", header), (b"IDAT", zlib.compress(rows, 9)), (b"IEND", b"")]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, data) for kind, data in chunks)
-
-
-def _chunk(kind: bytes, data: bytes) -> bytes:
-    check = zlib.crc32(kind + data)
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", check)
+def _listed() -> str:
+    return f"{', '.join(KINDS[:-1])} or {KINDS[-1]}"

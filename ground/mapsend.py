@@ -10,6 +10,7 @@ import numpy as np
 from ground.core import TILE_SIDE_CELLS, TILES, TILES_PER_ROW, MissionCmd, MissionReason
 from ground.errors import CommandRefused, GroundError, NoAnswer
 from ground.map import GroundMap
+from ground.model import Hello
 from ground.station import Station
 from ground.words import REASON_WORDS
 
@@ -24,10 +25,7 @@ async def send_map(station: Station, kept: GroundMap) -> None:
 
     Raises CommandRefused in the air, GroundError if the grids differ, NoAnswer.
     """
-    if station.picture.state.airborne:
-        raise CommandRefused(REASON_WORDS[MissionReason.FLYING], MissionReason.FLYING)
-    await station.command(MissionCmd.FORGET)
-    hello = await station.greet()
+    hello = await forget_map(station)
     _check_grid(kept, station.picture.map)
     for _ in range(ROUNDS):
         missing = _missing(kept, station.picture.map)
@@ -39,6 +37,14 @@ async def send_map(station: Station, kept: GroundMap) -> None:
         await _echo(station, kept)
     if missing := _missing(kept, station.picture.map):
         raise NoAnswer(f"{len(missing)} of {TILES} tiles of the map did not arrive")
+
+
+async def forget_map(station: Station) -> Hello:
+    """Let the drone begin a new map, on the ground; from then on its grid is known."""
+    if station.picture.state.airborne:
+        raise CommandRefused(REASON_WORDS[MissionReason.FLYING], MissionReason.FLYING)
+    await station.command(MissionCmd.FORGET)
+    return await station.greet()
 
 
 def _check_grid(kept: GroundMap, drone: GroundMap) -> None:

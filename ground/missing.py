@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Words for what the drone tells by number and keeps for a while, and for asking for it again."""
+"""Words for what the drone tells piece by piece, and for asking for what was lost of it."""
 
 from __future__ import annotations
 
@@ -42,3 +42,11 @@ class AskTiles:
     """Ask for tiles of the map."""
 
     tiles: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class MapPacket:
+    """A piece of the map as it came, of several tiles; GroundMap reads it."""
+
+    drone_ms: int
+    data: bytes

@@ -19,7 +19,7 @@ from ground.core import (
     SelfTest,
     Source,
 )
-from ground.missing import Ask, AskTiles, History
+from ground.missing import Ask, AskTiles, History, MapPacket
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +99,19 @@ class Ranges:
 
 
 @dataclass(frozen=True, slots=True)
+class Odometry:
+    """The firmware's own estimate, which drifts: odometry frame, velocity too."""
+
+    drone_ms: int
+    pose: Pose
+    roll_rad: float
+    pitch_rad: float
+    vx_mps: float
+    vy_mps: float
+    yaw_rate_rps: float
+
+
+@dataclass(frozen=True, slots=True)
 class Positioned:
     """What the pose comes from just now."""
 
@@ -118,14 +131,6 @@ class MapPiece:
     states: bytes
     points: tuple[tuple[int, int], ...]
     whole: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class MapPacket:
-    """A piece of the map as it came, of several tiles; GroundMap reads it."""
-
-    drone_ms: int
-    data: bytes
 
 
 @dataclass(frozen=True, slots=True)
@@ -287,7 +292,7 @@ class LinkStats:
     dropped_messages: int = 0
 
 
-LogMessage = Telemetry | Health | Ranges | Positioned | MapPacket
+LogMessage = Telemetry | Health | Ranges | Odometry | Positioned | MapPacket
 AppMessage = Hello | Ack | RoutePiece | Event | Beat | History
 Incoming = LogMessage | AppMessage | Console | ParameterValue | LinkChange
 AppRequest = (

@@ -8,7 +8,7 @@ from collections import deque
 from ground.core import MissionState, Source
 from ground.logstream import near
 from ground.map import GroundMap
-from ground.missing import History
+from ground.missing import History, MapPacket
 from ground.model import (
     Beat,
     Console,
@@ -18,7 +18,7 @@ from ground.model import (
     Incoming,
     LinkChange,
     LinkState,
-    MapPacket,
+    Odometry,
     ParameterValue,
     Point,
     Positioned,
@@ -41,6 +41,7 @@ class Picture:
         self.telemetry: Telemetry | None = None
         self.health: Health | None = None
         self.ranges: Ranges | None = None
+        self.odometry: Odometry | None = None
         self.source: Source | None = None
         self.hello: Hello | None = None
         self.link = LinkChange(LinkState.CLOSED, "not connected")
@@ -72,6 +73,8 @@ class Picture:
                 self.health = message
             case Ranges():
                 self.ranges = message
+            case Odometry():
+                self.odometry = message
             case Positioned():
                 self.source = message.source
             case Hello():
@@ -88,7 +91,7 @@ class Picture:
             case ParameterValue(name, value):
                 self.parameters[name] = value
         match message:
-            case Telemetry() | Health() | Ranges() | Positioned():
+            case Telemetry() | Health() | Ranges() | Odometry() | Positioned():
                 self.drone_ms = message.drone_ms
             case Beat():  # more bits of the same clock
                 self.drone_ms = near(message.drone_ms, self.drone_ms or message.drone_ms)

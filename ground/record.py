@@ -1,35 +1,63 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Record what comes over a link into an MCAP file, with a JSON channel for each kind of message."""
+"""Record a session: all that comes over a link and all that is sent, and views for Foxglove."""
 
 from __future__ import annotations
 
-import json
+import contextlib
+import itertools
+import logging
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from pathlib import Path
-from typing import BinaryIO
 
-from mcap.writer import Writer
+from rich.console import Console as Rich
 
-from ground import __version__
-from ground.codec import KINDS, to_json
 from ground.errors import GroundError
+from ground.foxview import FoxgloveView
 from ground.link import Link
 from ground.model import Incoming, LinkStats, Outgoing
+from ground.recordfile import RecordFile, new_recording
 
-SCHEMA = b'{"type": "object"}'
-CHUNK_BYTES = 1 << 16  # what a crash may cost
+log = logging.getLogger(__name__)
+
+SENT = "/sent/"
+"""What the topics of sent messages begin with; the name of the message follows."""
+OFF = Path("off")
+"""In place of a file: nothing is recorded."""
+
+
+def recorded(link: Link, where: Path | None) -> Link:
+    """The link, recorded into that file; None: into a new one among the recordings; or OFF."""
+    return link if where == OFF else RecordedLink(link, where)
+
+
+def not_taken(file: Path) -> Path:
+    """The file, or as many as there are already: FILE, FILE-2, FILE-3."""
+    if file == OFF or not file.exists():
+        return file
+    numbered = (file.with_stem(f"{file.stem}-{number}") for number in itertools.count(2))
+    return next(name for name in numbered if not name.exists())
+
+
+@contextlib.asynccontextmanager
+async def where_told(link: Link, out: Rich) -> AsyncIterator[None]:
+    """Say at the end where the session is kept."""
+    try:
+        yield
+    finally:
+        if isinstance(link, RecordedLink):
+            out.print(f"[dim]recorded: {link.path}   (wayflie replay shows it)[/]", soft_wrap=True)
 
 
 class RecordedLink:
-    """A link that writes down everything it hears. Nothing that is sent is recorded."""
+    """A link that writes down everything that it hears and sends."""
 
-    def __init__(self, link: Link, path: Path) -> None:
+    def __init__(self, link: Link, where: Path | None) -> None:
         self._link = link
-        self._path = path
-        self._file: BinaryIO | None = None
-        self._writer: Writer | None = None
-        self._channels: dict[type[Incoming], int] = {}
+        self._where = where
+        self.path = where or OFF
+        self._file: RecordFile | None = None
+        self._view: FoxgloveView | None = None
 
     @property
     def stats(self) -> LinkStats:
@@ -40,33 +68,44 @@ class RecordedLink:
         """Connect, then begin the file: a link that does not open leaves none."""
         await self._link.open()
         try:
-            self._file = self._path.open("wb")
-        except OSError as error:
+            self.path = self._where or new_recording()
+            self._file = RecordFile(self.path, {})
+        except GroundError:
             await self._link.close()
-            raise GroundError(f"cannot record to {self._path}: {error.strerror}") from error
-        self._writer = Writer(self._file, chunk_size=CHUNK_BYTES)
-        self._writer.start(profile="", library=f"wayflie {__version__}")
-        for name, kind in KINDS.items():
-            schema = self._writer.register_schema(f"wayflie.{name}", "jsonschema", SCHEMA)
-            self._channels[kind] = self._writer.register_channel(f"/{name}", "json", schema)
+            raise
+        self._view = FoxgloveView(self._file)
 
     async def close(self) -> None:
         """Let go and complete the file."""
         await self._link.close()
-        if self._writer and self._file:
-            self._writer.finish()  # type: ignore[no-untyped-call]
-            self._file.close()
-            self._writer = self._file = None
+        file, self._file = self._file, None
+        if file:
+            self._try(file.close)
 
     def send(self, message: Outgoing) -> None:
-        """Hand over."""
+        """Hand over, and write down what was handed over."""
         self._link.send(message)
+        file = self._file
+        if file:
+            topic = SENT + type(message).__name__
+            self._try(lambda: file.note(topic, message, time.time_ns()))
 
     async def messages(self) -> AsyncIterator[Incoming]:
         """What comes in, after it was written down."""
         async for message in self._link.messages():
-            if self._writer:
-                now_ns = time.time_ns()
-                data = json.dumps(to_json(message)).encode()
-                self._writer.add_message(self._channels[type(message)], now_ns, data, now_ns)
+            self._take(message)
             yield message
+
+    def _take(self, message: Incoming) -> None:
+        file, view, now_ns = self._file, self._view, time.time_ns()
+        if file and view:
+            self._try(lambda: file.note("/" + type(message).__name__, message, now_ns))
+            self._try(lambda: view.take(message, now_ns))
+
+    def _try(self, write: Callable[[], None]) -> None:
+        """A disk that is full ends the recording, never the flight."""
+        try:
+            write()
+        except OSError as error:
+            self._file = None
+            log.warning("recording to %s ended: %s", self.path, error.strerror)

@@ -8,6 +8,7 @@ import contextlib
 import logging
 import time
 from collections.abc import AsyncIterator
+from pathlib import Path
 
 from rich.console import Console
 
@@ -17,6 +18,7 @@ from ground.flight import Outcome, fly
 from ground.link_kept import KeptLink
 from ground.link_radio import RadioLink
 from ground.model import Event, LinkChange, LinkState, Point
+from ground.record import not_taken, recorded, where_told
 from ground.station import Station, station_on
 from ground.web.fleet import Member
 from ground.words import REASON_WORDS, STATE_WORDS
@@ -105,13 +107,17 @@ def explain(outcome: Outcome) -> str:
     return f"{outcome.sentence}; the nearest point that can be reached is {nearest}"
 
 
-async def keep_connected(member: Member, named: bool, console: Console) -> None:
+async def keep_connected(
+    member: Member, named: bool, record: Path | None, console: Console
+) -> None:
     """Give the cockpit a station for as long as there is a drone; look for one again and again."""
     cockpit, uri, told = member.cockpit, member.name, ""
     name = f"{uri}  " if named else ""
     while True:
         try:
-            async with station_on(KeptLink(lambda: RadioLink(uri))) as station:
+            file = not_taken(record) if record else None
+            link = recorded(KeptLink(lambda: RadioLink(uri)), file)
+            async with station_on(link) as station, where_told(link, console):
                 console.print(f"connected to {uri}")
                 told, cockpit.station = "", station
                 async with (

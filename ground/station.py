@@ -273,10 +273,10 @@ def _as_hello(message: Incoming) -> Hello | None:
 
 
 @contextlib.asynccontextmanager
-async def station_on(link: Link) -> AsyncIterator[Station]:
+async def station_on(link: Link, made: Station | None = None) -> AsyncIterator[Station]:
     """Open the link, run a station on it, make sure that a Wayflie answers; close at the end."""
     await link.open()
-    station = Station(link)
+    station = made or Station(link)
     running = asyncio.create_task(station.run())
     try:
         await station.greet()

@@ -1,5 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Property tests draw the same examples in every run; `--hypothesis-profile explore` draws more."""
+"""Property tests draw the same examples in every run; `--hypothesis-profile explore` draws more.
+
+Flights of tests are recorded where nobody keeps any.
+"""
+
+import os
+import tempfile
 
 from hypothesis import HealthCheck, settings
 
@@ -9,3 +15,6 @@ settings.register_profile(
 )
 settings.register_profile("explore", deadline=None, max_examples=2000, suppress_health_check=QUIET)
 settings.load_profile("repeatable")
+
+FOLDER = tempfile.TemporaryDirectory(prefix="wayflie-tests-")
+os.environ["XDG_DATA_HOME"] = FOLDER.name

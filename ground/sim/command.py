@@ -5,6 +5,7 @@ import contextlib
 import json
 import os
 import signal
+from collections.abc import Iterator
 from math import inf
 from pathlib import Path
 from typing import Annotated
@@ -13,9 +14,12 @@ import typer
 
 from ground.errors import GroundError
 from ground.sim.battery import HOVER_ENDURANCE_S
+from ground.sim.calls import RecordedFirmware
 from ground.sim.console import Lines, obey_one
 from ground.sim.faults import parse_fault
 from ground.sim.faulttable import FAULTS
+from ground.sim.firmware import Firmware
+from ground.sim.inputs import InputFile
 from ground.sim.positioning import POSITIONINGS, Shadow
 from ground.sim.process import READY
 from ground.sim.ranger import FALSE_SHORT
@@ -112,6 +116,10 @@ def sim(
     trail: Annotated[
         bool, typer.Option("--trail", help="Write the true poses into the JSON file.")
     ] = False,
+    record_inputs: Annotated[
+        Path | None,
+        typer.Option(help="MCAP file for all that the app is told, for `wayflie replay --rerun`."),
+    ] = None,
     with_parent: Annotated[
         bool, typer.Option("--with-parent", help="End when the process that started it is gone.")
     ] = False,
@@ -143,16 +151,30 @@ def sim(
         faults=faults,
     )
     try:
-        _run(world, port, drones, options, json_file, os.getppid() if with_parent else None)
+        with contextlib.ExitStack() as stack:
+            told = [stack.enter_context(_inputs(record_inputs, n, world)) for n in range(drones)]
+            parent = os.getppid() if with_parent else None
+            _run(world, port, told, options, json_file, parent)
     except (GroundError, ValueError) as error:
         typer.echo(f"wayflie sim: {error}", err=True)
         raise typer.Exit(_EXIT_BAD_INPUT) from error
 
 
+@contextlib.contextmanager
+def _inputs(file: Path | None, number: int, world: str) -> Iterator[Firmware]:
+    """Firmware, and a file of all that is told to it where wanted."""
+    if file is None:
+        yield Firmware()
+        return
+    path = file.with_stem(f"{file.stem}-{number + 1}") if number else file
+    with contextlib.closing(InputFile(path, {"world": world})) as inputs:
+        yield RecordedFirmware(inputs)
+
+
 def _run(
     world: str,
     port: int,
-    count: int,
+    told: list[Firmware],
     options: Options,
     json_file: Path | None,
     parent: int | None,
@@ -169,7 +191,8 @@ def _run(
                 print(answer, flush=True)
         return bool(signals) or parent not in (None, os.getppid())
 
-    swarm = make_swarm(read_world(world), options, count)
+    count = len(told)
+    swarm = make_swarm(read_world(world), options, count, told)
     for name in swarm.drones[0].unknown_eeprom_names:
         typer.echo(f"wayflie sim: EEPROM: no persistent parameter {name}", err=True)
     with contextlib.ExitStack() as stack:
@@ -183,4 +206,5 @@ def _run(
             print(f"{READY}udp://{HOST}:{server.port}, world {world}{where}", flush=True)
         swarm.run(servers, options.speed, stopped)
     if json_file is not None:
-        json_file.write_text(json.dumps(swarm.status(), indent=2) + "\n")
+        figures = {"world": world, **swarm.status()}
+        json_file.write_text(json.dumps(figures, indent=2) + "\n")

@@ -15,6 +15,7 @@ import numpy as np
 
 from ground.errors import SimulatorFailed
 from ground.sim.contacts import BODY_HEIGHT_M, BODY_RADIUS_M
+from ground.sim.firmware import Firmware
 from ground.sim.footprints import Footprints
 from ground.sim.pace import Pace
 from ground.sim.plant import PLANT_STEP_S
@@ -145,7 +146,9 @@ class Swarm:
                 world.footprints.triggered_by(other.footprints)
 
 
-def make_swarm(spec: WorldSpec, options: Options, count: int) -> Swarm:
+def make_swarm(
+    spec: WorldSpec, options: Options, count: int, firmware: Sequence[Firmware] = ()
+) -> Swarm:
     """So many in this world, with seeds that follow each other; the first is as if alone."""
     places = start_places(spec, count)
     worlds, drones = [], []
@@ -160,7 +163,7 @@ def make_swarm(spec: WorldSpec, options: Options, count: int) -> Swarm:
             eeprom_file=file.with_stem(f"{file.stem}-{mine + 1}") if file and mine else file,
         )
         worlds.append(world)
-        drones.append(Simulator(world, own))
+        drones.append(Simulator(world, own, firmware[mine] if firmware else None))
     return Swarm(drones, worlds, len(spec.obstacles))
 
 

@@ -10,6 +10,7 @@ import asyncio
 import contextlib
 import logging
 import math
+from typing import Protocol
 
 from ground.core import MissionCmd
 from ground.errors import GroundError, LinkUnavailable, StopLatched
@@ -34,14 +35,38 @@ COMMANDS = {
 }
 
 
+class Timeline(Protocol):
+    """A recording that is shown in place of a drone."""
+
+    position_s: float
+    playing: bool
+
+    @property
+    def duration_s(self) -> float:
+        """Of all of it."""
+
+    def play(self) -> None:
+        """Go on."""
+
+    def pause(self) -> None:
+        """Stay where it is."""
+
+    def seek(self, time_s: float) -> None:
+        """Go to that time."""
+
+
 class Cockpit:
-    """One drone, any number of pages. `station` is None while there is no link."""
+    """One drone, any number of pages. `station` is None while there is no link.
+
+    With a `timeline` it shows a recording, and commands go nowhere.
+    """
 
     def __init__(self, station: Station | None = None, dead_man_s: float = DEAD_MAN_S) -> None:
         self.station = station
         self.trouble = "looking for the drone"
         """Why there is no station."""
         self.stop_latched = False
+        self.timeline: Timeline | None = None
         self._dead_man_s = dead_man_s
         self._closing = False
         self._pages = 0

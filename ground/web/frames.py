@@ -51,6 +51,7 @@ def state_frame(
         },
         "events": [_event(event) for event in islice(reversed(picture.events), EVENTS_SHOWN)],
         "can": _permitted(cockpit, picture),
+        "replay": _replay(cockpit),
     }
     return json.dumps(frame, allow_nan=False), mark
 
@@ -169,7 +170,7 @@ def _event(event: Event) -> dict[str, Any]:
 def _permitted(cockpit: Cockpit, picture: Picture) -> dict[str, bool]:
     """Which buttons make sense now; the drone has the last word."""
     alive = picture.link.state is LinkState.CONNECTED and picture.telemetry is not None
-    ready = alive and not cockpit.stop_latched
+    ready = alive and not cockpit.stop_latched and cockpit.timeline is None
     flying = ready and picture.state.airborne
     return {
         "goto": ready,
@@ -182,6 +183,14 @@ def _permitted(cockpit: Cockpit, picture: Picture) -> dict[str, bool]:
         "land": flying,
         "self_test": ready and _testable(picture),
     }
+
+
+def _replay(cockpit: Cockpit) -> dict[str, Any] | None:
+    line = cockpit.timeline
+    if line is None:
+        return None
+    times = {"at_s": _round(line.position_s), "of_s": _round(line.duration_s)}
+    return times | {"playing": line.playing and line.position_s < line.duration_s}
 
 
 def _testable(picture: Picture) -> bool:

@@ -11,6 +11,7 @@ import asyncio
 import contextlib
 import itertools
 import json
+import math
 import secrets
 import socket
 import time
@@ -27,7 +28,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ground.errors import GroundError
 from ground.model import Point
-from ground.web.cockpit import Cockpit
+from ground.web.cockpit import Cockpit, Timeline
 from ground.web.fleet import Fleet
 from ground.web.frames import NO_TRAIL, fleet_rows, map_frame, state_frame
 from ground.web.guard import LOCAL, Guard, is_local
@@ -102,6 +103,8 @@ class Page:
             await self._answer(str(name), "too much at once")
             return
         match wish:
+            case {"do": "play" | "pause" | "seek"} if self._cockpit.timeline:
+                wind(self._cockpit.timeline, wish)
             case {"do": "release"}:
                 self._fleet.release()
             case {"do": "choose", "drone": int(number)} if 0 <= number < len(self._fleet.members):
@@ -146,6 +149,17 @@ class Page:
                         sent = version
                         await self._socket.send_bytes(map_frame(station.picture))
                 await asyncio.sleep(STATE_PERIOD_S)
+
+
+def wind(line: Timeline, wish: dict[str, Any]) -> None:
+    """Play, pause or seek, as a page wishes; what makes no sense does nothing."""
+    match wish:
+        case {"do": "play"}:
+            line.play()
+        case {"do": "pause"}:
+            line.pause()
+        case {"do": "seek", "s": int() | float() as time_s} if math.isfinite(time_s):
+            line.seek(float(time_s))
 
 
 def _goal(wish: dict[str, Any]) -> Point | None:

@@ -25,12 +25,12 @@ from ground.model import (
     Point,
     SnapshotRequest,
 )
+from ground.sim.calls import RecordedFirmware, Recording
 from ground.sim.crtp import Port, decode, encode
 from ground.sim.firmware import Entry
 from ground.sim.runtime import Options, Simulator
 from ground.sim.world import load_world
 from ground.wire import decode_message, encode_request
-from tests.firmware.calls import RecordedFirmware, Recording
 from tests.firmware.flights import ALL, Flight
 
 REFUSED_AT_S: Final = 2.0

@@ -180,6 +180,8 @@ void port_main(void) {
       sim_port_boot();
     } else if (call == 'r') {
       sim_port_run(get(4));
+    } else if (call == 'z') {
+      sim_port_stall(get(4));
     } else if (!input(call) && !output(call)) {
       return;
     }

@@ -6,7 +6,8 @@ import itertools
 from collections.abc import Awaitable, Callable
 
 from ground.core import EventCode, MissionReason, MissionState
-from ground.model import Event, MapPacket, MapPiece, Point, Pose, Telemetry
+from ground.missing import MapPacket
+from ground.model import Event, MapPiece, Point, Pose, Telemetry
 from ground.station import Station, station_on
 from ground.wire import encode_map_piece
 from tests.ground.fakelink import FakeLink

@@ -17,8 +17,9 @@ from ground.cli import app
 from ground.core import MissionCmd, MissionReason, MissionState
 from ground.flight import fly
 from ground.link_radio import RadioLink
-from ground.link_replay import read_recording
-from ground.model import Beat, Event, Health, LinkState, MapPacket, Point, Ranges, Telemetry
+from ground.missing import MapPacket
+from ground.model import Beat, Event, Health, LinkState, Point, Ranges, Telemetry
+from ground.recording import read_recording
 from ground.sim.process import SimulatorProcess
 from ground.station import Station, station_on
 

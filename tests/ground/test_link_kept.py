@@ -22,11 +22,11 @@ from ground.model import (
     MapPiece,
     Outgoing,
 )
-from tests.ground.stations import telemetry
+from tests.ground.stations import packet_of, telemetry
 
 CONNECTED = LinkChange(LinkState.CONNECTED, "")
 LOST = LinkChange(LinkState.LOST, "gone")
-PIECE = MapPiece(0, 0, bytes(64), ())
+PIECE = packet_of(MapPiece(0, 0, bytes(64), ()))
 
 
 class ScriptedLink:

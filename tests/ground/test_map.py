@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ground.core import GRID_SIDE_CELLS, TILES, CData, CellState, ffi, lib
 from ground.map import NO_POINT, GroundMap
-from ground.model import Capability, Hello, MapPacket, MapPiece, Point
+from ground.missing import MapPacket
+from ground.model import Capability, Hello, MapPiece, Point
 
 MIDDLE = GRID_SIDE_CELLS // 2
 

@@ -2,6 +2,7 @@
 """A written map can be read again, by others too."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 import matplotlib.image
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from ground.core import CellState
 from ground.errors import GroundError
 from ground.map import GroundMap
-from ground.mapfile import PIXELS_PER_CELL, save_map
+from ground.mapfile import PIXELS_PER_CELL, check_free, save_map
 from ground.model import MapPiece
 
 
@@ -44,5 +45,30 @@ def test_npz_holds_the_arrays(grid: GroundMap, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["map.bmp", "map"])
 def test_other_kinds_are_refused(grid: GroundMap, tmp_path: Path, name: str) -> None:
-    with pytest.raises(GroundError, match=r"use \.png or \.npz"):
+    with pytest.raises(GroundError, match=r"use \.yaml, \.png, "):
         save_map(grid, tmp_path / name)
+
+
+@pytest.mark.parametrize(("name", "there"), [("map.png", "map.png"), ("map.yaml", "map.pgm")])
+def test_nothing_is_overwritten_unasked(tmp_path: Path, name: str, there: str) -> None:
+    (tmp_path / there).touch()
+    with pytest.raises(GroundError, match="exists already"):
+        check_free([tmp_path / name], force=False)
+    check_free([tmp_path / name], force=True)
+    check_free([tmp_path / "other.yaml"], force=False)
+
+
+def test_csv_holds_the_obstacles(grid: GroundMap, tmp_path: Path) -> None:
+    save_map(grid, tmp_path / "map.csv")
+    table = np.genfromtxt(tmp_path / "map.csv", delimiter=",", names=True)
+    assert (table["x_m"], table["y_m"]) == pytest.approx(grid.obstacles_m()[0], abs=1e-4)
+
+
+def test_svg_is_drawn_in_metres(grid: GroundMap, tmp_path: Path) -> None:
+    save_map(grid, tmp_path / "map.svg")
+    svg = ElementTree.parse(tmp_path / "map.svg").getroot()
+    (circle,) = svg.iter("{http://www.w3.org/2000/svg}circle")
+    (obstacle,) = grid.obstacles_m()
+    assert [float(circle.attrib[name]) for name in ("cx", "cy")] == pytest.approx(
+        [obstacle[0], -obstacle[1]], abs=1e-3
+    )

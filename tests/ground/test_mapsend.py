@@ -161,14 +161,15 @@ def test_what_is_no_map_is_refused(damage: str, tmp_path: Path) -> None:
         load_map(path)
 
 
+@pytest.mark.parametrize("name", ["map.npz", "map.yaml"])
 def test_restarted_elsewhere_it_takes_its_map_back_and_flies_to_a_goal_in_it(
-    tmp_path: Path,
+    tmp_path: Path, name: str
 ) -> None:
     def run(*arguments: str) -> None:
         result = CliRunner().invoke(app, list(arguments))
         assert result.exit_code == 0, result.stderr
 
-    kept, home, moved = (tmp_path / name for name in ("map.npz", "home.toml", "moved.toml"))
+    kept, home, moved = (tmp_path / name for name in (name, "home.toml", "moved.toml"))
     home.write_text(EMPTY.read_text() + FURNITURE)
     moved.write_text(re.sub(r"\[start\][^\[]*", ELSEWHERE, home.read_text()))
     with SimulatorProcess("--world", str(home), "--speed", "max") as simulator:

@@ -14,10 +14,13 @@ from typer.testing import CliRunner
 from ground.cli import app
 from ground.codec import KINDS, from_json, to_json
 from ground.core import MissionReason, MissionState
-from ground.errors import GroundError, LinkLost, LinkUnavailable
-from ground.link_replay import ReplayLink, read_recording
-from ground.model import Incoming, MapPacket, MapPiece, Point, Pose, Telemetry
+from ground.errors import GroundError, LinkUnavailable
+from ground.link_replay import ReplayLink
+from ground.missing import MapPacket
+from ground.model import Incoming, MapPiece, Point, Pose, Telemetry
 from ground.record import RecordedLink
+from ground.recordfile import RecordFile
+from ground.recording import read_recording
 from ground.station import station_on
 from tests.ground.fakelink import FakeLink
 from tests.ground.stations import packet_of
@@ -70,9 +73,10 @@ def test_a_recording_is_heard_again(tmp_path: Path) -> None:
     assert [m for m in messages if isinstance(m, Telemetry | MapPacket)] == spoken()
 
     async def replay() -> None:
-        async with station_on(ReplayLink(path, speed=1000)) as station:
-            with pytest.raises(LinkLost, match="recording has ended"):
-                await station.ended()
+        link = ReplayLink(path, speed=1000)
+        async with station_on(link) as station:
+            await link.finished()
+            await asyncio.sleep(0)
             assert station.picture.map.completeness == 1
             assert station.picture.drone_ms == 1999
 
@@ -86,6 +90,23 @@ def test_a_file_that_was_cut_off_gives_what_is_whole(tmp_path: Path) -> None:
     path.write_bytes(whole[: len(whole) // 2])
     messages = [message for _, message in read_recording(path)]
     assert 100 < len(messages) < len(spoken())
+
+
+@given(st.integers(0, 4000), st.lists(st.tuples(st.integers(0, 4000), st.integers(1, 255))))
+def test_a_damaged_file_never_raises(
+    tmp_path_factory: pytest.TempPathFactory, end: int, changes: list[tuple[int, int]]
+) -> None:
+    path = tmp_path_factory.mktemp("damaged") / "flight.mcap"
+    record = RecordFile(path, {"world": "flat"})
+    for number, message in enumerate(spoken()[:30]):
+        record.note("/Telemetry", message, number)
+    record.close()
+    data = bytearray(path.read_bytes()[:end])
+    for at, mask in changes:
+        if at < len(data):
+            data[at] ^= mask
+    path.write_bytes(data)
+    assert all(isinstance(message, Telemetry) for _, message in read_recording(path))
 
 
 @pytest.mark.parametrize("content", [b"", b"no recording", b"\x89MCAP0\r\n"])

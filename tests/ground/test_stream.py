@@ -15,8 +15,7 @@ from ground.core import GRID_SIDE_CELLS, NO_POINT, TILES, CData, MissionCmd, ffi
 from ground.gaps import Gaps
 from ground.logstream import CLOCK_MS
 from ground.map import GroundMap
-from ground.missing import AskTiles
-from ground.model import MapPacket
+from ground.missing import AskTiles, MapPacket
 from ground.recovery import Recovery
 from ground.sim.pilot import Pilot
 from ground.sim.runtime import Options

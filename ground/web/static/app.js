@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page shows the last state that the server sent and sends wishes back; it decides nothing.
 
+import { listenToTimeline, showTimeline } from "./timeline.js";
 import { View, parseMap } from "./view.js";
 
 const RECONNECT_MS = 1000;
@@ -64,7 +65,8 @@ function show() {
   $("state").textContent = latched || confirmed ? "stopped" : mission.words;
   $("detail").textContent = mission.fault;
   showLink(link);
-  $("stop").hidden = latched;
+  showTimeline(state.replay);
+  $("stop").hidden = latched || Boolean(state.replay);
   const several = fleet.length > 1;
   $("stop-whom").textContent = several ? "cuts all motors, all drones fall" : "cuts the motors, the drone falls";
   $("latched").hidden = !latched && !confirmed;
@@ -234,13 +236,14 @@ for (const button of document.querySelectorAll("[data-do]")) {
   button.onclick = () => wish({ do: button.dataset.do });
 }
 addEventListener("keydown", (event) => {
-  if (event.code !== "Space" || event.repeat) return;
+  if (event.code !== "Space" || event.repeat || state?.replay) return;
   event.preventDefault(); // also for a focused button: Space is STOP, everywhere
   wish({ do: "stop" });
 });
 addEventListener("keyup", (event) => {
-  if (event.code === "Space") event.preventDefault();
+  if (event.code === "Space" && !state?.replay) event.preventDefault();
 });
 
+listenToTimeline(wish);
 connect();
 requestAnimationFrame(frame);

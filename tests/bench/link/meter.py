@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ground.link import Link
 from ground.map import GroundMap
-from ground.model import Incoming, LinkChange, LinkState, LinkStats, MapPacket, Outgoing
+from ground.missing import MapPacket
+from ground.model import Incoming, LinkChange, LinkState, LinkStats, Outgoing
 from ground.station import Station
 
 Cells = NDArray[np.uint8]

@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What passes between the simulator and the app, call by call, as bytes that calls.c reads.
+"""What passes between the simulator and the app, call by call, as bytes.
 
 A recorded call is a letter and its arguments, an outcome the same letter and what was returned.
+tests/firmware/calls.c reads these bytes too.
 """
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Sequence
+from typing import Protocol
 
 from ground.sim.firmware import BlockReader, Firmware
 from ground.sim.model import Measured, PositionMeasured, Readings, Setpoint, YawMeasured
 
-_SETPOINT = struct.Struct("<6B?11fIB")
-_MEASURED = struct.Struct("<2?5f")
-_OFFERED = struct.Struct("<6B?11f")
+SETPOINT = struct.Struct("<6B?11fIB")
+MEASURED = struct.Struct("<2?5f")
+OFFERED = struct.Struct("<6B?11f")
 
 
 def _sized(data: bytes) -> bytes:
@@ -28,9 +30,16 @@ def _values(setpoint: Setpoint) -> list[float]:
 def _measured(measured: Measured) -> bytes:
     match measured:
         case PositionMeasured(x_m, y_m, z_m, sd_m):
-            return _MEASURED.pack(True, False, x_m, y_m, z_m, 0.0, sd_m)
+            return MEASURED.pack(True, False, x_m, y_m, z_m, 0.0, sd_m)
         case YawMeasured(error_rad, sd_rad):
-            return _MEASURED.pack(True, True, 0.0, 0.0, 0.0, error_rad, sd_rad)
+            return MEASURED.pack(True, True, 0.0, 0.0, 0.0, error_rad, sd_rad)
+
+
+class Sink(Protocol):
+    """Takes each call as it is made."""
+
+    def note(self, letter: bytes, arguments: bytes = b"", outcome: bytes = b"") -> None:
+        """One call and its outcome, without the letter."""
 
 
 class Recording:
@@ -41,6 +50,7 @@ class Recording:
         self.outcomes: list[bytes] = []
 
     def note(self, letter: bytes, arguments: bytes = b"", outcome: bytes = b"") -> None:
+        """Add a call."""
         self.calls += letter + arguments
         self.outcomes.append(letter + outcome)
 
@@ -64,71 +74,80 @@ class Recording:
 class RecordedFirmware(Firmware):
     """Every call that the app can notice, or that tells of it, is noted."""
 
-    def __init__(self) -> None:
+    def __init__(self, sink: Sink | None = None) -> None:
         super().__init__()
         self.recording = Recording()
-        self._note = self.recording.note
+        self.note = (sink or self.recording).note
 
     def boot(self) -> None:
         super().boot()
-        self._note(b"b")
+        self.note(b"b")
 
     def run(self, ms: int) -> None:
         super().run(ms)
-        self._note(b"r", struct.pack("<I", ms))
+        self.note(b"r", struct.pack("<I", ms))
+
+    def stall(self, ms: int) -> None:
+        super().stall(ms)
+        self.note(b"z", struct.pack("<I", ms))
 
     def alive(self) -> bool:
         alive = super().alive()
-        self._note(b"V", b"", bytes((alive,)))
+        self.note(b"V", b"", bytes((alive,)))
         return alive
 
     def set_sensors(self, readings: Readings) -> None:
         super().set_sensors(readings)
-        self._note(b"s", bytes(self._ffi.buffer(self._sensors)))
+        self.note(b"s", bytes(self._ffi.buffer(self._sensors)))
 
     def set_connected(self, connected: bool) -> None:
         super().set_connected(connected)
-        self._note(b"c", bytes((connected,)))
+        self.note(b"c", bytes((connected,)))
 
     def set_tx_free(self, packets: int) -> None:
         super().set_tx_free(packets)
-        self._note(b"f", bytes((packets,)))
+        self.note(b"f", bytes((packets,)))
 
     def get_setpoint(self) -> Setpoint:
         setpoint = super().get_setpoint()
-        self._note(b"S", b"", _SETPOINT.pack(*_values(setpoint)))
+        self.note(b"S", b"", SETPOINT.pack(*_values(setpoint)))
         return setpoint
 
     def put_setpoint(self, setpoint: Setpoint, priority: int) -> bool:
         taken = super().put_setpoint(setpoint, priority)
-        offered = _OFFERED.pack(*_values(setpoint)[:-2])
-        self._note(b"p", offered + bytes((priority,)), bytes((taken,)))
+        offered = OFFERED.pack(*_values(setpoint)[:-2])
+        self.note(b"p", offered + bytes((priority,)), bytes((taken,)))
         return taken
 
     def relax_priority(self) -> None:
         super().relax_priority()
-        self._note(b"x")
+        self.note(b"x")
 
     def active_priority(self) -> int:
         priority = super().active_priority()
-        self._note(b"I", b"", bytes((priority,)))
+        self.note(b"I", b"", bytes((priority,)))
         return priority
 
     def take_arming_request(self) -> int:
         request = super().take_arming_request()
-        self._note(b"R", b"", bytes((request,)))
+        self.note(b"R", b"", bytes((request,)))
         return request
 
     def take_measurements(self) -> Iterator[Measured]:
-        for measured in super().take_measurements():
-            self._note(b"M", b"", _measured(measured))
+        while (measured := self.take_measurement()) is not None:
             yield measured
-        self._note(b"M", b"", _MEASURED.pack(False, False, 0.0, 0.0, 0.0, 0.0, 0.0))
+
+    def take_measurement(self) -> Measured | None:
+        """The oldest that waits."""
+        measured = next(super().take_measurements(), None)
+        none = MEASURED.pack(False, False, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self.note(b"M", b"", none if measured is None else _measured(measured))
+        return measured
 
     def log_crc(self) -> int:
         """Both tables are compared when the one is asked for."""
         crc = super().log_crc()
-        self._note(b"T", b"", struct.pack("<2I", crc, self.param_crc()))
+        self.note(b"T", b"", struct.pack("<2I", crc, self.param_crc()))
         return crc
 
     def log_read(self, identity: int, fetch_type: int, time_ms: int) -> bytes:
@@ -139,38 +158,49 @@ class RecordedFirmware(Firmware):
 
     def param_read(self, identity: int) -> bytes:
         value = super().param_read(identity)
-        self._note(b"P", struct.pack("<H", identity), _sized(value))
+        self.note(b"P", struct.pack("<H", identity), _sized(value))
         return value
 
     def param_write(self, identity: int, value: bytes) -> int:
         error = super().param_write(identity, value)
-        self._note(b"w", struct.pack("<H", identity) + _sized(value), bytes((error,)))
+        self.note(b"w", struct.pack("<H", identity) + _sized(value), bytes((error,)))
         return error
 
     def param_force(self, identity: int, value: bytes) -> int:
         error = super().param_force(identity, value)
-        self._note(b"e", struct.pack("<H", identity) + _sized(value), bytes((error,)))
+        self.note(b"e", struct.pack("<H", identity) + _sized(value), bytes((error,)))
         return error
 
     def take_param_update(self) -> int:
         identity = super().take_param_update()
-        self._note(b"U", b"", struct.pack("<i", identity))
+        self.note(b"U", b"", struct.pack("<i", identity))
         return identity
 
     def appchannel_push(self, data: bytes) -> bool:
         pushed = super().appchannel_push(data)
-        self._note(b"a", _sized(data), bytes((pushed,)))
+        self.note(b"a", _sized(data), bytes((pushed,)))
         return pushed
 
     def appchannel_take(self) -> bytes:
         packet = super().appchannel_take()
-        self._note(b"A", b"", _sized(packet))
+        self.note(b"A", b"", _sized(packet))
         return packet
 
     def console_take(self) -> bytes:
         text = super().console_take()
-        self._note(b"C", b"", _sized(text))
+        self.note(b"C", b"", _sized(text))
         return text
+
+    def set_raw_sensors(self, data: bytes) -> None:
+        """As set_sensors(), with the bytes that it has noted."""
+        self._ffi.memmove(self._sensors, data, len(data))
+        self._lib.sim_port_set_sensors(self._sensors)
+        self.note(b"s", data)
+
+    @property
+    def sensor_bytes(self) -> int:
+        """How many set_raw_sensors() takes."""
+        return int(self._ffi.sizeof(self._sensors[0]))
 
 
 class _RecordedReader(BlockReader):
@@ -178,7 +208,7 @@ class _RecordedReader(BlockReader):
 
     def __init__(self, of: RecordedFirmware, ids: Sequence[int], types: Sequence[int]) -> None:
         super().__init__(of._ffi, of._lib, ids, types)
-        self._note = of.recording.note
+        self._note = of.note
         self._variables = bytes((len(ids),)) + struct.pack(f"<{len(ids)}H", *ids) + bytes(types)
 
     def read(self, time_ms: int) -> bytes:

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`wayflie map`: the drone's map to files and back."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ground.cli_parts import SIMULATOR_URI, Uri, fail, out
+from ground.errors import GroundError
+from ground.model import Pose
+
+map_app = typer.Typer(help="The map that the drone has made.", no_args_is_help=True)
+
+Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
+
+
+def _parse_pose(text: str) -> Pose:
+    try:
+        x_m, y_m, yaw_rad = (float(number) for number in text.split(","))
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is no X,Y,YAW in metres and radians") from None
+    return Pose(x_m, y_m, 0.0, yaw_rad)
+
+
+@map_app.command("save")
+def save(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="room.yaml (with room.pgm, for ROS map_server), .png, .svg, .csv of the "
+            "obstacles, or .npz, which can be loaded with all its points."
+        ),
+    ],
+    uri: Uri = SIMULATOR_URI,
+    recording: Annotated[
+        Path | None,
+        typer.Option("--from", help="The map at the end of this recording, not the drone's."),
+    ] = None,
+    poses: Annotated[
+        Path | None, typer.Option(help="With --from: a .csv for the poses of the flight.")
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Fetch the whole map from the drone, or from a recording, and write it to a file."""
+    from ground.mapfile import check_free
+
+    try:
+        check_free([file, *([poses] if poses else [])], force)
+        if recording:
+            from ground.export import export_recording
+
+            export_recording(recording, file, poses, out)
+            return
+        from ground.commands import fetch_map
+
+        complete = asyncio.run(fetch_map(uri, file, out))
+    except GroundError as error:
+        fail(str(error))
+    if not complete:
+        raise typer.Exit(1)
+
+
+@map_app.command("load")
+def load(
+    file: Annotated[
+        Path,
+        typer.Argument(help="The .yaml of a ROS map, or what `wayflie map save` wrote as .npz."),
+    ],
+    uri: Uri = SIMULATOR_URI,
+    pose: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y,YAW",
+            help="Where in it the drone stands, in metres and radians: the map is laid so that "
+            "this becomes the drone's origin.",
+        ),
+    ] = None,
+) -> None:
+    """Give the drone, on the ground, a map to find itself in."""
+    from ground.commands import give_map
+
+    place = _parse_pose(pose) if pose else None
+    try:
+        asyncio.run(give_map(uri, file, place, out))
+    except GroundError as error:
+        fail(str(error))

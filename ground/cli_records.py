@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`wayflie replay`, `wayflie plot`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ground.cli_parts import JsonFile, Port, out
+
+File = Annotated[Path, typer.Argument(help="A recording of a flight.")]
+
+
+def add_records(app: typer.Typer, run: Callable[[Coroutine[Any, Any, bool]], None]) -> None:
+    """Add the commands to the command line."""
+
+    @app.command()
+    def replay(
+        file: File,
+        speed: Annotated[float, typer.Option(min=0.1, max=1000.0, help="Times as fast.")] = 1.0,
+        port: Port = None,
+        rerun: Annotated[
+            bool,
+            typer.Option("--rerun", help="No page: feed the sensors through the C code again."),
+        ] = False,
+        into: Annotated[
+            Path | None,
+            typer.Option("--into", help="With --rerun: record what the C code says now."),
+        ] = None,
+        json_file: JsonFile = None,
+    ) -> None:
+        """Show a recorded flight on the page again, with a time line, or compute it again.
+
+        What `wayflie sim --record-inputs` wrote is computed again bit for bit, or it exits with 1.
+        A recording made over a radio holds what came through: it is computed from that, and
+        compared with what the drone said.
+        """
+        if rerun:
+            from ground.sim.rerun import rerun_file
+
+            run(rerun_file(file, into, json_file, out))
+            return
+        from ground.replay import replay_flight
+
+        run(replay_flight(file, speed, port, out))
+
+    @app.command()
+    def plot(
+        file: File,
+        image: Annotated[
+            Path | None, typer.Option("--image", "-o", help="A .png, .svg or .pdf; FILE.png else.")
+        ] = None,
+        world: Annotated[
+            str, typer.Option(help="The simulated world that it was: a name, or a TOML file.")
+        ] = "",
+        truth: Annotated[
+            Path | None, typer.Option(help="What `wayflie sim --trail --json` wrote of it.")
+        ] = None,
+        force: Annotated[
+            bool, typer.Option("--force", help="Overwrite a file that exists.")
+        ] = False,
+    ) -> None:
+        """Draw a recorded flight: map, trajectories, errors, times of the planner."""
+        from ground.plot import plot_flight
+        from ground.sim.truth import read_truth
+
+        known = read_truth(world, truth) if world or truth else None
+        run(plot_flight(file, image or file.with_suffix(".png"), known, force, out))

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files from a recording: the map as it was at the end, and the poses of the flight."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+
+from ground.mapfile import save_map, save_table
+from ground.model import Incoming, Odometry, Telemetry
+from ground.picture import Picture
+from ground.recording import read_session
+
+POSE_COLUMNS = (
+    "time_s", "x_m", "y_m", "z_m", "yaw_rad",
+    "odometry_x_m", "odometry_y_m", "odometry_yaw_rad",
+)  # fmt: skip
+"""Drone time; the pose in the map, and the firmware's own estimate of that moment."""
+
+
+def export_recording(recording: Path, file: Path, poses: Path | None, out: Console) -> None:
+    """Write the map, and a line for each pose where wanted."""
+    picture = Picture()
+    rows: list[tuple[float, ...]] = []
+    for word in read_session(recording):
+        if not word.sent:
+            message: Incoming = word.message  # type: ignore[assignment]
+            picture.take(message, word.time_s)
+            if isinstance(message, Telemetry):
+                rows.append(_row(message, picture.odometry))
+    save_map(picture.map, file)
+    out.print(f"{file}: {picture.map.known_cells} known cells")
+    if poses:
+        save_table(poses, POSE_COLUMNS, rows)
+        out.print(f"{poses}: {len(rows)} poses")
+
+
+def _row(telemetry: Telemetry, odometry: Odometry | None) -> tuple[float, ...]:
+    pose = telemetry.pose
+    row = (telemetry.drone_ms / 1000, pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)
+    if odometry is None:
+        return (*row, *(float("nan"),) * 3)
+    return (*row, odometry.pose.x_m, odometry.pose.y_m, odometry.pose.yaw_rad)

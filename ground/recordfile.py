@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An MCAP file that grows while somebody flies, and the folder in which such files are kept."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+from mcap.well_known import MessageEncoding
+from mcap.writer import Writer
+from mcap_protobuf.schema import register_schema
+
+from ground import __version__
+from ground.codec import to_json
+from ground.errors import GroundError
+
+CHUNK_BYTES = 1 << 15
+"""What a crash may cost: a chunk is on the disk once it is full, in one or two seconds of a
+flight."""
+ANY_OBJECT = b'{"type": "object"}'
+
+
+def recordings_folder() -> Path:
+    """Where recordings go that were given no name."""
+    return platformdirs.user_data_path("wayflie", appauthor=False) / "recordings"
+
+
+def new_recording() -> Path:
+    """A name that is not taken, by the date; the folder is made."""
+    folder = recordings_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise GroundError(
+            f"cannot record to {folder}: {error.strerror}; `--record off` flies without"
+        ) from error
+    name = time.strftime("%Y-%m-%d_%H-%M-%S")
+    taken = sum(path.stem.startswith(name) for path in folder.iterdir())
+    return folder / (f"{name}_{taken + 1}.mcap" if taken else f"{name}.mcap")
+
+
+class RecordFile:
+    """Messages by topic: words of the model as JSON, others as protobuf or bare bytes."""
+
+    def __init__(self, path: Path, about: Mapping[str, str]) -> None:
+        """Begin a file that does not exist yet; `about` becomes its metadata."""
+        try:
+            self._file = path.open("xb")
+        except FileExistsError:
+            raise GroundError(f"{path} exists already: record to another file") from None
+        except OSError as error:
+            raise GroundError(f"cannot record to {path}: {error.strerror}") from error
+        self._writer = Writer(self._file, chunk_size=CHUNK_BYTES)
+        self._writer.start(profile="", library=f"wayflie {__version__}")
+        self._writer.add_metadata("wayflie", {"version": __version__, **about})
+        self._channels: dict[str, int] = {}
+
+    def note(self, topic: str, word: object, time_ns: int) -> None:
+        """A dataclass of the model."""
+        if topic not in self._channels:
+            name = f"wayflie.{type(word).__name__}"
+            schema = self._writer.register_schema(name, "jsonschema", ANY_OBJECT)
+            self._open(topic, MessageEncoding.JSON, schema)
+        self._write(topic, json.dumps(to_json(word)).encode(), time_ns)
+
+    def show(self, topic: str, message: Any, time_ns: int) -> None:  # noqa: ANN401
+        """A protobuf message, which viewers understand."""
+        if topic not in self._channels:
+            schema = register_schema(self._writer, type(message))
+            self._open(topic, MessageEncoding.Protobuf, schema)
+        self._write(topic, message.SerializeToString(), time_ns)
+
+    def put(self, topic: str, data: bytes, time_ns: int) -> None:
+        """Bytes that only we understand."""
+        if topic not in self._channels:
+            self._open(topic, "wayflie", 0)
+        self._write(topic, data, time_ns)
+
+    def close(self) -> None:
+        """Complete the file."""
+        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._file.close()
+
+    def _open(self, topic: str, encoding: str, schema: int) -> None:
+        self._channels[topic] = self._writer.register_channel(topic, encoding, schema)
+
+    def _write(self, topic: str, data: bytes, time_ns: int) -> None:
+        self._writer.add_message(self._channels[topic], time_ns, data, time_ns)
+        self._file.flush()  # a chunk that is full shall outlive this program

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A program that is killed while it records loses seconds, no more."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from ground.model import Telemetry
+from ground.record import SENT
+from ground.recording import read_entries, read_recording, read_session
+from ground.sim.process import SimulatorProcess
+
+RECORDED_S = 6.0
+LOST_S = 3.0
+
+
+def test_a_recording_replays_to_within_seconds_of_a_kill(tmp_path: Path) -> None:
+    """Of a ground station that only listens, which fills the file more slowly than a flight."""
+    file = tmp_path / "killed.mcap"
+    with SimulatorProcess("--speed", "1") as simulator:
+        station = subprocess.Popen(
+            [sys.executable, "-m", "ground", "ground", "--uri", simulator.uri, "--port", "0",
+             "--record", str(file)],
+            stdout=subprocess.DEVNULL,
+        )  # fmt: skip
+        try:
+            while not file.exists():
+                assert station.poll() is None
+                time.sleep(0.05)
+            time.sleep(RECORDED_S)
+        finally:
+            killed_s = time.time()
+            station.kill()
+            station.wait()
+    last_s = max(time_s for time_s, _ in read_recording(file))
+    assert killed_s - last_s < LOST_S
+    heard = [word.message for word in read_session(file) if not word.sent]
+    assert len([message for message in heard if isinstance(message, Telemetry)]) > 20
+    assert any(entry.topic.startswith(SENT) for entry in read_entries(file))

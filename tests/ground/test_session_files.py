@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One simulated flight, recorded at both ends of the radio: what can be made of the files."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from mcap.stream_reader import StreamReader
+from mcap_protobuf.decoder import DecoderFactory
+from PIL import Image
+from typer.testing import CliRunner
+
+from ground.cli import app
+from ground.model import Command, Event, Health, Odometry, Ranges, Telemetry
+from ground.recordfile import RecordFile
+from ground.recording import read_entries, read_session
+from ground.sim.inputs import CALLS
+from ground.sim.process import SimulatorProcess
+from ground.sim.world import load_world
+
+WORLD, GOAL = "flat", ("2.0", "0.0")
+
+
+@dataclass(frozen=True)
+class Flown:
+    """Files of the flight: of the ground, of the drone's end, the truth."""
+
+    radio: Path
+    inputs: Path
+    truth: Path
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
+    folder = tmp_path_factory.mktemp("flown")
+    files = Flown(*(folder / name for name in ("radio.mcap", "inputs.mcap", "truth.json")))
+    arguments = ("--world", WORLD, "--speed", "max", "--trail", "--record-inputs")
+    with SimulatorProcess(*arguments, str(files.inputs)) as simulator:
+        run("goto", *GOAL, "--uri", simulator.uri, "--record", str(files.radio))
+        files.truth.write_text(json.dumps(simulator.stop()))
+    return files
+
+
+def run(*words: str, code: int = 0) -> str:
+    """What the command says."""
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == code, result.output
+    return result.output
+
+
+def report(tmp_path: Path, file: Path, code: int = 0) -> dict[str, Any]:
+    """Figures of a rerun."""
+    run("replay", "--rerun", str(file), "--json", str(tmp_path / "r.json"), code=code)
+    figures: dict[str, Any] = json.loads((tmp_path / "r.json").read_text())
+    return figures
+
+
+# --- the drone's end: bit for bit ----------------------------------------------------------------
+
+
+def test_what_the_app_was_told_gives_the_same_bits_again(flown: Flown, tmp_path: Path) -> None:
+    figures = report(tmp_path, flown.inputs)
+    assert figures["different"] == 0
+    assert figures["calls"] > 10_000
+
+
+def test_the_second_time_can_be_kept_and_looked_at(flown: Flown, tmp_path: Path) -> None:
+    again = tmp_path / "again.mcap"
+    run("replay", "--rerun", str(flown.inputs), "--into", str(again))
+    first = {m.drone_ms: m for m in spoken(flown.radio, Telemetry)}
+    second = {m.drone_ms: m for m in spoken(again, Telemetry)}
+    assert len(first) > 100
+    assert first.items() <= second.items()
+
+
+def test_one_other_bit_is_noticed(flown: Flown, tmp_path: Path) -> None:
+    """In the ranges of one moment of the flight: what comes of it differs."""
+    entries = [entry for entry in read_entries(flown.inputs) if entry.topic == CALLS]
+    copy = RecordFile(tmp_path / "other.mcap", {})
+    for number, entry in enumerate(entries):
+        data = entry.data
+        if number == len(entries) // 2:
+            at = data.index(b"s", 4) + 1
+            data = data[:at] + bytes(4) + data[at + 4 :]  # x of the estimate: a jump
+        copy.put(CALLS, data, number)
+    copy.close()
+    figures = report(tmp_path, tmp_path / "other.mcap", code=1)
+    assert figures["different"] > 0
+    assert figures["first_difference"] != ""
+
+
+def test_a_torn_file_is_computed_up_to_the_tear(flown: Flown, tmp_path: Path) -> None:
+    whole = flown.inputs.read_bytes()
+    torn = tmp_path / "torn.mcap"
+    torn.write_bytes(whole[: len(whole) // 2])
+    figures = report(tmp_path, torn)
+    assert figures["different"] == 0
+    assert 1 < figures["simulated_s"] < report(tmp_path, flown.inputs)["simulated_s"]
+
+
+# --- the ground's end ----------------------------------------------------------------------------
+
+
+def spoken(file: Path, kind: type) -> list[Any]:
+    return [word.message for word in read_session(file) if isinstance(word.message, kind)]
+
+
+def test_raw_measurements_and_what_was_sent_are_in_it(flown: Flown) -> None:
+    assert len(spoken(flown.radio, Odometry)) > 4 * len(spoken(flown.radio, Ranges)) > 100
+    commands = [w.message for w in read_session(flown.radio) if w.sent]
+    assert any(isinstance(message, Command) for message in commands)
+    assert spoken(flown.radio, Health)
+
+
+def test_what_came_over_the_radio_gives_nearly_the_same_flight(
+    flown: Flown, tmp_path: Path
+) -> None:
+    figures = report(tmp_path, flown.radio)
+    assert figures["ticks_with_odometry"] > 0.9 * figures["ticks"]
+    assert figures["ticks_with_odometry"] + figures["ticks_without"] == figures["ticks"]
+    assert figures["pose_apart_m_median"] < 0.05
+    assert figures["of_those_the_same"] > 0.9
+    assert figures["same_state"] > 0.8
+    assert figures["checks"] == []
+
+
+def test_foxglove_finds_its_own_messages(flown: Flown) -> None:
+    topics: dict[str, Any] = {}
+    factory = DecoderFactory()
+    schemas, channels = {}, {}
+    with flown.radio.open("rb") as file:
+        for record in StreamReader(file).records:
+            match type(record).__name__:
+                case "Schema":
+                    schemas[record.id] = record
+                case "Channel":
+                    channels[record.id] = record
+                case "Message" if channels[record.channel_id].topic.startswith("/view/"):
+                    channel = channels[record.channel_id]
+                    decode = factory.decoder_for(
+                        channel.message_encoding, schemas[channel.schema_id]
+                    )
+                    topics[channel.topic] = decode(record.data)
+    names = {"grid", "pose", "path", "log", "scan", "odometry", "frames"}
+    assert set(topics) == {f"/view/{name}" for name in names}
+    grid = topics["/view/grid"]
+    assert len(grid.data) == grid.row_stride * grid.column_count == 128 * 128
+    assert set(grid.data) == {0, 128, 255}
+    assert topics["/view/pose"].frame_id == "map"
+
+
+def test_its_map_is_one_for_map_server(flown: Flown, tmp_path: Path) -> None:
+    """Read as map_server reads, from the true walls of the world."""
+    run("map", "save", str(tmp_path / "room.yaml"), "--from", str(flown.radio))
+    about = yaml.safe_load((tmp_path / "room.yaml").read_text())
+    pixels = np.asarray(Image.open(tmp_path / about["image"]), float)
+    occupied = np.argwhere((255 - pixels) / 255 > about["occupied_thresh"])
+    free = np.argwhere((255 - pixels) / 255 < about["free_thresh"])
+    assert len(occupied) > 100
+    assert len(free) > 1000
+    world = load_world(WORLD)
+
+    def distances_m(cells: Any, upside_down: bool = False) -> Any:  # noqa: ANN401
+        rows = cells[:, 0] if upside_down else len(pixels) - 1 - cells[:, 0]
+        x_m = about["origin"][0] + about["resolution"] * (cells[:, 1] + 0.5)
+        y_m = about["origin"][1] + about["resolution"] * (rows + 0.5)
+        return world.surface_distance_m(np.column_stack(world.to_world(x_m, y_m)))
+
+    assert np.percentile(np.abs(distances_m(occupied)), 90) < 0.12
+    assert np.percentile(np.abs(distances_m(occupied, upside_down=True)), 90) > 0.25
+    assert np.mean(distances_m(free) > -0.1) > 0.95
+    run("map", "save", str(tmp_path / "room.yaml"), "--from", str(flown.radio), code=1)
+
+
+def test_poses_come_as_a_table(flown: Flown, tmp_path: Path) -> None:
+    files = [str(tmp_path / name) for name in ("room.csv", "poses.csv")]
+    run("map", "save", files[0], "--from", str(flown.radio), "--poses", files[1])
+    table = np.genfromtxt(files[1], delimiter=",", names=True)
+    assert len(table) == len(spoken(flown.radio, Telemetry))
+    last = spoken(flown.radio, Telemetry)[-1].pose
+    assert (table["x_m"][-1], table["y_m"][-1]) == pytest.approx((last.x_m, last.y_m), abs=1e-4)
+    assert np.all(np.diff(table["time_s"]) >= 0)
+
+
+@pytest.mark.parametrize("with_truth", [True, False])
+def test_it_is_drawn(flown: Flown, tmp_path: Path, with_truth: bool) -> None:
+    image = tmp_path / "flight.png"
+    truth = ["--truth", str(flown.truth)] if with_truth else []
+    run("plot", str(flown.radio), "--image", str(image), *truth)
+    with Image.open(image) as drawn:
+        assert drawn.size[0] > 1000
+        assert len(drawn.convert("RGB").getcolors(1 << 24) or ()) > 50
+    run("plot", str(flown.radio), "--image", str(image), code=1)
+
+
+def test_events_of_the_flight_are_in_it(flown: Flown) -> None:
+    assert spoken(flown.radio, Event)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shared words: what travels between the drone and the ground.
+"""The shared words between the drone and the ground.
 
 SI units and radians; the map frame unless a name says otherwise (x forward and y left of the
 take-off heading, z up, yaw counter-clockwise). `drone_ms` is the drone's clock.
@@ -281,10 +281,7 @@ class SetParameter:
 
 @dataclass(frozen=True, slots=True)
 class LinkStats:
-    """Counted since the link was opened.
-
-    `lost_packets` comes from gaps in the times of log packets, which arrive at fixed periods.
-    """
+    """Counted since the link was opened; what is lost by gaps in the times of log packets."""
 
     log_packets: int = 0
     lost_packets: int = 0

@@ -15,7 +15,7 @@ from ground.record import RecordedLink
 from ground.recordfile import RecordFile
 from ground.station import Station, station_on
 from ground.web.cockpit import Cockpit
-from ground.web.frames import state_frame
+from ground.web.frames import NO_TRAIL, state_frame
 from ground.web.server import wind
 from tests.ground.fakelink import HELLO
 from tests.ground.stations import packet_of
@@ -104,12 +104,12 @@ def test_the_end_is_not_the_end(file: Path) -> None:
 def test_a_page_shows_and_winds_it(file: Path) -> None:
     async def work(link: ReplayLink, station: Station) -> None:
         cockpit = Cockpit(station)
-        assert '"replay": null' in state_frame(cockpit, 0)[0]
+        assert '"replay": null' in state_frame(cockpit, NO_TRAIL)[0]
         cockpit.timeline = link
         for wish in ({"s": 7}, {"s": "x"}, {"s": float("nan")}, {}):
             wind(link, {"do": "seek", **wish})
         await at(station, 7)
-        text, _ = state_frame(cockpit, 0)
+        text, _ = state_frame(cockpit, NO_TRAIL)
         assert '"replay": {"at_s": 7.0, "of_s": 60.0, "playing": false}' in text
         assert '"goto": false' in text
         wind(link, {"do": "play"})

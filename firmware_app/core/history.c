@@ -24,7 +24,9 @@ static void record(history_t *history, const nav_t *nav, wire_record_kind_t kind
       .kind = (uint8_t)kind,
   };
   history->next++;
-  history->kept += history->kept < HISTORY_RECORDS ? 1u : 0u;
+  if (history->kept < HISTORY_RECORDS) {
+    history->kept++;
+  }
 }
 
 static void tell_correction(history_t *history, const nav_t *nav, pose2_t felt) {

@@ -109,7 +109,7 @@ def test_the_way_is_recorded_and_told_again(drone: Drone) -> None:
     poses = [r for m in records for r in m.records if r.kind is RecordKind.POSE]
     assert len(poses) >= 5
     assert abs(poses[-1].x_m - drone.log("way.x")) < 0.2
-    drone.send(Ask(WireType.HISTORY, numbers[-1] - 7, 8))
+    drone.send(Ask(WireType.HISTORY, max(0, numbers[-1] - 7), 8))
     drone.run(0.5)
     again = [m for m in drone.messages() if isinstance(m, History)]
     assert [r for m in again for r in m.records] == [r for m in records for r in m.records][-8:]

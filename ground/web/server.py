@@ -167,7 +167,8 @@ def wind(line: Timeline, wish: dict[str, Any]) -> None:
 def _goal(wish: dict[str, Any]) -> Point | None:
     match wish:
         case {"x": int() | float() as x_m, "y": int() | float() as y_m}:
-            return Point(float(x_m), float(y_m))
+            with contextlib.suppress(OverflowError):  # JSON knows no largest number
+                return Point(float(x_m), float(y_m))
     return None
 
 

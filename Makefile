@@ -87,6 +87,7 @@ prove: setup ## Prove packets, geometry, scan and grid free of run-time errors, 
 fuzz: setup ## Feed everything that takes outside data with nonsense [SECONDS=60 for each target]
 	tests/tools/debian_packages.sh analysis
 	$(BIN)/python -m tests.tools.fuzz $(or $(SECONDS),60)
+	$(BIN)/python -m tests.tools.fuzz_python $(or $(SECONDS),60)
 
 .PHONY: firmware
 firmware: need-base ## Build the app into the real firmware: CRAZYFLIE_BASE=... [PLATFORM=cf2|cf21bl]

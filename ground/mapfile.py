@@ -6,7 +6,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterable
 from pathlib import Path
-from zipfile import BadZipFile
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from ground.model import Point
 from ground.rosmap import save_ros, shades
 
 PIXELS_PER_CELL = 6
+CELL_MIN_M, CELL_MAX_M, FARTHEST_M = 1e-3, 10.0, 1e4
 KINDS = (".yaml", ".png", ".svg", ".csv", ".npz")
 
 
@@ -67,18 +68,28 @@ def load_map(path: Path) -> GroundMap:
     """What save_map wrote as `.npz`."""
     grid = GroundMap()
     try:
-        with np.load(path) as kept:
+        with path.open("rb") as file, np.load(file) as kept:
             states, obstacles_m = kept["states"], kept["obstacles_m"]
-            cell_m, origin_m = float(kept["cell_m"]), kept["origin_m"].astype(float)
-    except (OSError, ValueError, KeyError, BadZipFile) as error:
+            origin_m, cell_m = kept["origin_m"], float(kept["cell_m"])
+    except Exception as error:  # zipfile, zlib and numpy raise many kinds for a damaged file
         raise GroundError(f"{path}: not a map that `wayflie map save` wrote ({error})") from error
-    known = np.isin(states, [int(state) for state in CellState])
-    if states.shape != grid.states.shape or not known.all() or not 0 < cell_m < np.inf:
+    whole = states.shape == grid.states.shape and states.dtype.kind in "iu"
+    if not whole or not np.isin(states, [int(state) for state in CellState]).all():
         raise GroundError(f"{path}: not a map of {len(grid.states)} x {len(grid.states)} cells")
+    if not (_are_places(origin_m, (2,)) and _are_places(obstacles_m, (obstacles_m.size // 2, 2))):
+        raise GroundError(f"{path}: its origin or its obstacles are no places")
+    if not CELL_MIN_M <= cell_m <= CELL_MAX_M:
+        raise GroundError(f"{path}: cells of {cell_m} m")
     grid.cell_m, grid.origin = cell_m, Point(origin_m[0], origin_m[1])
     grid.states[:] = states
     grid.put_points(obstacles_m)
     return grid
+
+
+def _are_places(values: NDArray[Any], shape: tuple[int, ...]) -> bool:
+    if values.shape != shape or values.dtype.kind != "f":
+        return False
+    return bool((np.abs(values) < FARTHEST_M).all())
 
 
 def _save_arrays(grid: GroundMap, path: Path) -> None:

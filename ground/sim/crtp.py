@@ -3,10 +3,10 @@
 
 import struct
 from enum import IntEnum
-from math import isfinite
 from typing import Any, NamedTuple
 
 MAX_DATA_BYTES = 30
+LARGEST = 1e6
 PROTOCOL_VERSION = 12
 SCAN_PROBE = b"\xff"
 _RESERVED_BITS = 0x0C
@@ -68,10 +68,10 @@ def encode(port: int, channel: int, data: bytes = b"") -> bytes:
 
 
 def unpack(layout: struct.Struct, data: bytes) -> tuple[Any, ...]:
-    """Read a packet body that must have exactly this layout and only finite numbers."""
+    """Read a packet body that must have exactly this layout and only numbers that can be meant."""
     if len(data) != layout.size:
         raise BadPacket("length of a body")
     values = layout.unpack(data)
-    if not all(map(isfinite, values)):
-        raise BadPacket("a number that is not finite")
+    if not all(isinstance(value, int) or abs(value) <= LARGEST for value in values):
+        raise BadPacket("a number beyond all reason")
     return values

@@ -9,7 +9,7 @@ import math
 import struct
 from collections.abc import Callable
 
-from ground.sim.crtp import BadPacket
+from ground.sim.crtp import unpack
 from ground.sim.model import Measured, PositionMeasured, Readings, YawMeasured
 from ground.sim.params import Params
 
@@ -35,17 +35,13 @@ class Localization:
 
     def position(self, data: bytes) -> None:
         """Channel 0."""
-        if len(data) != _POSITION.size:
-            raise BadPacket("external position")
-        self._take(*_POSITION.unpack(data))
+        self._take(*unpack(_POSITION, data))
 
     def pose(self, data: bytes) -> None:
         """Channel 1; other types than a pose mean nothing here."""
         if data[:1] != bytes((_EXT_POSE,)):
             return
-        if len(data) != 1 + _POSE.size:
-            raise BadPacket("external pose")
-        x_m, y_m, z_m, qx, qy, qz, qw = _POSE.unpack(data[1:])
+        x_m, y_m, z_m, qx, qy, qz, qw = unpack(_POSE, data[1:])
         self._take(x_m, y_m, z_m)
         self._readings.external_q = (qx, qy, qz, qw)
         yaw_rad = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
@@ -54,8 +50,6 @@ class Localization:
         self._tell(YawMeasured(error_rad, self._value("locSrv.extQuatStdDev")))
 
     def _take(self, x_m: float, y_m: float, z_m: float) -> None:
-        if not all(map(math.isfinite, (x_m, y_m, z_m))):
-            raise BadPacket("external position")
         self._readings.external_m = (x_m, y_m, z_m)
         self._readings.external_tick = self._now_ms() & 0xFFFF
         self._tell(PositionMeasured(x_m, y_m, z_m, self._value("locSrv.extPosStdDev")))

@@ -107,7 +107,9 @@ class Page:
                 wind(self._cockpit.timeline, wish)
             case {"do": "release"}:
                 self._fleet.release()
-            case {"do": "choose", "drone": int(number)} if 0 <= number < len(self._fleet.members):
+            case {"do": "choose", "drone": int(number)} if type(number) is int and number in range(
+                len(self._fleet.members)
+            ):
                 self._chosen = number
             case {"do": str(name)}:
                 task = asyncio.create_task(self._command(name, _goal(wish)))
@@ -165,7 +167,8 @@ def wind(line: Timeline, wish: dict[str, Any]) -> None:
 def _goal(wish: dict[str, Any]) -> Point | None:
     match wish:
         case {"x": int() | float() as x_m, "y": int() | float() as y_m}:
-            return Point(float(x_m), float(y_m))
+            with contextlib.suppress(OverflowError):  # JSON knows no largest number
+                return Point(float(x_m), float(y_m))
     return None
 
 

@@ -32,7 +32,9 @@ class Gaps:
         ahead = (coming - self._next) % NUMBERS
         if ahead >= NUMBERS // 2:
             return
-        for number in range(self._next, self._next + ahead):
+        gone = max(0, ahead - self._kept)
+        self.given_up += gone
+        for number in range(self._next + gone, self._next + ahead):
             self._missing[number % NUMBERS] = (0, float("-inf"))
         self._next = coming
         self._forget()

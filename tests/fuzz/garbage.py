@@ -24,7 +24,7 @@ from ground.sim.worldfile import read_world
 from ground.station import Station
 from ground.web.cockpit import Cockpit
 from ground.web.fleet import Fleet
-from ground.web.frames import map_frame, state_frame
+from ground.web.frames import NO_TRAIL, map_frame, state_frame
 from ground.web.server import Page
 from ground.wire import decode_message
 from tests.fuzz.damaged import ODD_FLOATS, SPECIAL, map_file, recording, world
@@ -111,7 +111,7 @@ def ground(random: Random) -> None:
             message = block.decode(random.getrandbits(24), log_values(random, block))
         if message is not None:
             station._take(message)
-    text, _ = state_frame(Cockpit(station), random.choice((0, 5, 10**6)))
+    text, _ = state_frame(Cockpit(station), random.choice((NO_TRAIL, (5, 5), (0, 10**6))))
     json.loads(text)
     map_frame(station.picture)
     assert 0.0 <= station.picture.map.completeness <= 1.0

@@ -120,7 +120,6 @@ grid_echo_t grid_judge(const grid_t *grid, vec2_t end_m, int reach_cells);
 
 /** What stands in this occupied cell came where there was nothing, and may be gone soon. */
 bool grid_firm(const grid_t *grid, int ix, int iy);
-bool grid_passing(const grid_t *grid, int ix, int iy);
 /** One step of the rounds over all that may be passing, to be taken each tick: what was not met for
  * a whole round is gone, its cell is free. @return true if something was */
 bool grid_fade(grid_t *grid, uint32_t time_ms);
@@ -129,6 +128,9 @@ bool grid_fade(grid_t *grid, uint32_t time_ms);
 bool grid_point(const grid_t *grid, int ix, int iy, vec2_t *point_m);
 /** Its place in the cell in eighths, x in bits 0-2, y in bits 3-5; -1 if it has none. */
 int grid_point_eighths(const grid_t *grid, int ix, int iy);
+/** Likewise of an occupied cell, its middle where it has no point; -1 if what stands there may be
+ * passing. */
+int grid_lasting_eighths(const grid_t *grid, int ix, int iy);
 /** Refine (or make) the point of the cell by a hit at point_m.
  *  @param passing  if it is made: what stands there may be passing */
 void grid_points_add(grid_t *grid, grid_cell_t cell, vec2_t point_m, bool passing);

@@ -12,6 +12,7 @@
 enum {
   TAG_BITS = 6,
   PLACE_MASK = 0x3F,
+  MIDDLE = 4 << 3 | 4, ///< as near to it as a place can be
   STANDING_SHIFT = 12,
   STANDING_MASK = 7,
   MISSED = 0,       ///< in this round so far, for the first time
@@ -126,9 +127,12 @@ void grid_points_add(grid_t *grid, grid_cell_t cell, vec2_t point_m, bool passin
       entry(key, mean(point & 7u, x, weight), mean((point >> 3) & 7u, y, weight), raised(standing));
 }
 
-bool grid_passing(const grid_t *grid, int ix, int iy) {
+int grid_lasting_eighths(const grid_t *grid, int ix, int iy) {
   int i = find(grid, (grid_cell_t){ix, iy});
-  return i >= 0 && standing_of(grid->points[i]) < LASTING;
+  if (i < 0) {
+    return MIDDLE;
+  }
+  return standing_of(grid->points[i]) < LASTING ? -1 : grid->points[i] & PLACE_MASK;
 }
 
 bool grid_firm(const grid_t *grid, int ix, int iy) {

@@ -14,6 +14,8 @@ static const float LENGTH_MIN_CELLS = 0.4f; ///< shorter ones have no direction
 static const float SQUARE_MIN = 0.765f;     ///< cosine of the largest incidence: 40 degrees
 static const float CONE_SD = 0.020f;    ///< of a range seen obliquely, times tan and sin of that
 static const float ASIDE_MAX_M = 0.10f; ///< of an end from the middle of its wall, along it
+static const float STRAIGHT_M = 1.0f;   ///< a wall of known direction is followed so far
+static const float FADE_M = 0.6f;       ///< where its cells count half
 static const float LINE_SD_M = 0.020f;  ///< of the cells of a wall, at least
 
 /** Weighted moments of the occupied cells around a point, relative to it, in cells. */
@@ -22,25 +24,39 @@ typedef struct {
   float x, y, xx, yy, xy;
 } moments_t;
 
+/** What lasts in a cell, relative to a point, and how much speaks for it. @return false if nothing
+ */
+static bool obstacle(const grid_t *grid, int ix, int iy, vec2_t around_cells, vec2_t *off_cells,
+                     float *weight) {
+  if ((unsigned)ix >= GRID_SIDE_CELLS || (unsigned)iy >= GRID_SIDE_CELLS) {
+    return false;
+  }
+  uint32_t value = grid->cells[iy * GRID_ROW_WORDS + ix / 8] >> (ix % 8 * 4) & 15u;
+  if (value < GRID_OCCUPIED_MIN) {
+    return false;
+  }
+  int place = grid_lasting_eighths(grid, ix, iy);
+  off_cells->x = (float)ix + ((float)(place & 7) + 0.5f) * 0.125f - around_cells.x;
+  off_cells->y = (float)iy + ((float)(place >> 3) + 0.5f) * 0.125f - around_cells.y;
+  *weight = (float)(value - GRID_OCCUPIED_MIN + 1);
+  return place >= 0;
+}
+
 static void add_cell(const grid_t *grid, int ix, int iy, vec2_t around_cells, float kernel_cells2,
                      moments_t *sum) {
-  int value = grid_value(grid, ix, iy);
-  if (value < GRID_OCCUPIED_MIN || grid_passing(grid, ix, iy)) {
+  vec2_t off;
+  float w;
+  if (!obstacle(grid, ix, iy, around_cells, &off, &w)) {
     return;
   }
-  int place = grid_point_eighths(grid, ix, iy);
-  float in_x = place >= 0 ? ((float)(place & 7) + 0.5f) * 0.125f : 0.5f;
-  float in_y = place >= 0 ? ((float)(place >> 3) + 0.5f) * 0.125f : 0.5f;
-  float x = (float)ix + in_x - around_cells.x;
-  float y = (float)iy + in_y - around_cells.y;
-  float near = 1.0f / (1.0f + (x * x + y * y) / kernel_cells2);
-  float w = (float)(value - GRID_OCCUPIED_MIN + 1) * near * near;
+  float near = 1.0f / (1.0f + vec2_dot(off, off) / kernel_cells2);
+  w *= near * near;
   sum->weight += w;
-  sum->x += w * x;
-  sum->y += w * y;
-  sum->xx += w * x * x;
-  sum->yy += w * y * y;
-  sum->xy += w * x * y;
+  sum->x += w * off.x;
+  sum->y += w * off.y;
+  sum->xx += w * off.x * off.x;
+  sum->yy += w * off.y * off.y;
+  sum->xy += w * off.x * off.y;
 }
 
 static moments_t moments_around(const grid_t *grid, vec2_t p_cells, float kernel_cells2) {
@@ -72,10 +88,42 @@ typedef struct {
   float weight;    ///< of the cells that it was made from: independent hits, about
 } wall_t;
 
+/** A wall whose direction is known is straight: move it across to where its cells lie, far along
+ * it. What was drawn first holds what is drawn next; by the cells nearby alone a wall bends with
+ * the drift of the odometry. */
+__attribute__((noinline)) static void straighten(const grid_t *grid, vec2_t end_cells,
+                                                 float kernel_cells2, wall_t *wall) {
+  float across = vec2_dot(wall->offset_m, wall->normal) * grid->cells_per_m;
+  float reach = STRAIGHT_M * grid->cells_per_m;
+  float fade2 = FADE_M * FADE_M * grid->cells_per_m * grid->cells_per_m;
+  float weight = 0.0f;
+  float sum = 0.0f;
+  for (float along = -reach; along <= reach; along += 3.0f) {
+    for (float aside = across - 1.0f; aside < across + 1.5f; aside += 1.0f) {
+      vec2_t off = {aside * wall->normal.x - along * wall->normal.y,
+                    aside * wall->normal.y + along * wall->normal.x};
+      vec2_t at = vec2_add(end_cells, off);
+      float w;
+      if (obstacle(grid, (int)at.x, (int)at.y, end_cells, &off, &w)) {
+        float found = vec2_dot(off, wall->normal);
+        float near = 1.0f / (1.0f + (found - across) * (found - across) / kernel_cells2);
+        w *= near * near / (1.0f + along * along / fade2);
+        weight += w;
+        sum += w * found;
+      }
+    }
+  }
+  if (weight > 0.0f) {
+    float shift_m = (sum / weight - across) * grid->cell_m;
+    wall->offset_m = vec2_add(wall->offset_m, vec2_scale(wall->normal, shift_m));
+  }
+}
+
 __attribute__((noinline)) static bool find_wall(const slam_t *slam, const grid_t *grid,
                                                 vec2_t end_m, wall_t *wall) {
   float kernel_cells = slam->cfg.kernel_m * grid->cells_per_m;
-  moments_t sum = moments_around(grid, grid_to_cells(grid, end_m), kernel_cells * kernel_cells);
+  vec2_t end_cells = grid_to_cells(grid, end_m);
+  moments_t sum = moments_around(grid, end_cells, kernel_cells * kernel_cells);
   if (sum.weight < WEIGHT_MIN) {
     return false;
   }
@@ -99,6 +147,9 @@ __attribute__((noinline)) static bool find_wall(const slam_t *slam, const grid_t
   wall->length_m2 = longest * grid->cell_m * grid->cell_m;
   wall->weight = sum.weight;
   wall->thickness_m2 = least * grid->cell_m * grid->cell_m;
+  if (slam_walls_know(&slam->walls, &slam->filter, &wall->normal)) {
+    straighten(grid, end_cells, kernel_cells * kernel_cells, wall);
+  }
   return true;
 }
 

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+enum { KNOWN_MIN = 3 /* lines before a direction counts as known */ };
 enum { POINTS_MIN = 6, POINTS_TO_JUDGE = 4, POINTS_MAX = 250, GAP_MS = 600, MEMORY = 60 };
 
 static const float LENGTH_MAX_M = 1.6f;
@@ -21,7 +22,8 @@ static const float NOISE_PER_M = 0.01f;
 static const float WALLS_SD_RAD = 0.0053f; ///< of walls themselves: none is built straight
 static const float SAME_RAD = 0.18f;       ///< farther from a known direction it is another one
 static const float AGREE_RAD = 0.07f;
-static const float PROVEN = 0.6f; ///< share of agreeing lines: chance gives a third at most
+static const float KNOWN_COS = 0.906f; ///< 25 degrees: a wall drawn so near to a direction has it
+static const float PROVEN = 0.6f;      ///< share of agreeing lines: chance gives a third at most
 
 typedef struct {
   vec2_t middle_m; ///< relative to the first point
@@ -168,6 +170,32 @@ static int place_for_new(slam_walls_t *walls) {
   return walls->found[least] == 0 ? least : -1;
 }
 
+static bool proven(const slam_walls_t *walls) {
+  float lines = (float)(walls->agreeing + walls->differing);
+  return (float)walls->agreeing >= PROVEN * lines;
+}
+
+bool slam_walls_know(const slam_walls_t *walls, const slam_filter_t *filter, vec2_t *normal) {
+  float best = KNOWN_COS;
+  vec2_t from = *normal;
+  for (int i = 0; i < SLAM_DIRECTIONS && proven(walls); i++) {
+    if (walls->found[i] < KNOWN_MIN) {
+      continue;
+    }
+    sincos_t direction = geometry_sincos(filter->direction_rad[i]);
+    vec2_t candidate = {direction.cos, direction.sin};
+    for (int quarter = 0; quarter < 4; quarter++) {
+      float near = vec2_dot(from, candidate);
+      if (near > best) {
+        best = near;
+        *normal = candidate;
+      }
+      candidate = (vec2_t){-candidate.y, candidate.x};
+    }
+  }
+  return best > KNOWN_COS;
+}
+
 void slam_walls_tell(slam_walls_t *walls, slam_filter_t *filter, slam_bearing_t bearing) {
   bearing.angle_rad += filter->pose.yaw_rad - walls->dead.yaw_rad;
   int nearest = -1;
@@ -198,8 +226,7 @@ void slam_walls_tell(slam_walls_t *walls, slam_filter_t *filter, slam_bearing_t 
   if (walls->found[nearest] < UINT8_MAX) {
     walls->found[nearest]++;
   }
-  float lines = (float)(walls->agreeing + walls->differing);
-  if ((float)walls->agreeing >= PROVEN * lines) {
+  if (proven(walls)) {
     slam_filter_turn(filter, &bearing, nearest);
   }
 }

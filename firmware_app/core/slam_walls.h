@@ -45,4 +45,8 @@ bool slam_walls_add(slam_walls_t *walls, const scan_frame_t *frame, pose2_t dead
 /** Let the filter learn from a line, or turn by it if directions have proven themselves. */
 void slam_walls_tell(slam_walls_t *walls, slam_filter_t *filter, slam_bearing_t bearing);
 
+/** The normal of a known wall nearest to this one, if directions have proven themselves.
+ * @return false if none is near */
+bool slam_walls_know(const slam_walls_t *walls, const slam_filter_t *filter, vec2_t *normal);
+
 #endif

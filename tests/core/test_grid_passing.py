@@ -49,7 +49,7 @@ def test_who_stands_in_the_way_is_avoided_and_forgotten_where_nobody_looks() -> 
     room.look(WALL_M, 2.0)
     room.look(BODY_M, 3.0)
     assert room.occupied() == {WALL, BODY}
-    assert lib.grid_passing(room.grid, *BODY)
+    assert lib.grid_lasting_eighths(room.grid, *BODY) < 0
     room.wait(2 * ROUND_MS / 1000 + 0.1)
     assert room.occupied() == {WALL}
     assert lib.grid_state(room.grid, *BODY) == lib.GRID_CELL_FREE
@@ -67,7 +67,7 @@ def test_what_stays_for_three_rounds_is_kept() -> None:
     room = Looking()
     room.look(WALL_M, 2.0)
     room.look(BODY_M, 3 * ROUND_MS / 1000)
-    assert not lib.grid_passing(room.grid, *BODY)
+    assert lib.grid_lasting_eighths(room.grid, *BODY) >= 0
     room.wait(120.0)
     assert room.occupied() == {WALL, BODY}
 
@@ -109,7 +109,7 @@ def test_a_wall_that_noise_has_cleared_is_a_wall_again_at_once() -> None:
     lib.grid_set_value(room.grid, *WALL, 4)
     room.look(WALL_M, 1.0)
     assert WALL in room.occupied()
-    assert not lib.grid_passing(room.grid, *WALL)
+    assert lib.grid_lasting_eighths(room.grid, *WALL) >= 0
 
 
 def test_in_a_crowd_the_passing_make_room_and_their_cells_are_free() -> None:

@@ -109,3 +109,64 @@ def test_clutter_is_not_listened_to() -> None:
         unmoved += walls.agreeing < walls.differing
         assert abs(filter_.pose.yaw_rad) < math.radians(6.0)
     assert unmoved >= 18
+
+
+def known(walls: CData, filter_: CData, angle_rad: float) -> float | None:
+    """The direction that a wall's normal is taken for, if a known wall is near."""
+    normal = ffi.new("vec2_t *", (math.cos(angle_rad), math.sin(angle_rad)))
+    near: bool = lib.slam_walls_know(walls, filter_, normal)
+    return math.atan2(normal.y, normal.x) if near else None
+
+
+@pytest.mark.parametrize("quarters", [-1, 0, 1, 2])
+def test_a_wall_drawn_askew_has_the_nearest_known_direction(quarters: int) -> None:
+    other = 0.2 + math.radians(30.0)
+    walls, filter_ = tell([0.2, other] * 4, 0.0)
+    for of, direction in enumerate(filter_.direction_rad):
+        outwards = math.radians(12.0 if direction > filter_.direction_rad[1 - of] else -12.0)
+        for askew in (0.0, outwards):
+            true = direction + quarters * QUARTER
+            found = known(walls, filter_, true + askew)
+            assert found is not None
+            assert math.remainder(found - true, math.tau) == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_wall_far_from_known_directions_keeps_its_own() -> None:
+    walls, filter_ = tell([0.2] * 6, 0.0)
+    assert known(walls, filter_, 0.2 + math.radians(24.0)) is not None
+    assert known(walls, filter_, 0.2 + math.radians(45.0)) is None
+    filter_of_two = tell([0.2] * 2, 0.0)
+    assert known(*filter_of_two, 0.2) is None
+    walls.agreeing, walls.differing = 10, 20
+    assert known(walls, filter_, 0.2) is None
+
+
+def pull_m(slam: CData, bent_m: float) -> float:
+    """How far the match of one echo ahead pulls; the last 0.4 m of a 2 m wall are drawn aside."""
+    grid = ffi.new("grid_t *")
+    config = ffi.new("grid_config_t *", lib.grid_config_default())
+    lib.grid_init(grid, config, (0.0, 0.0), 0.05)
+    for y_m in np.arange(-1.8, 0.2, 0.025):
+        frame = ffi.new("scan_frame_t *", {"hit": 1, "range_m": [0.5]})
+        for _ in range(3):
+            lib.grid_insert(grid, frame, (0.5 + (bent_m if y_m > -0.2 else 0.0), y_m, 0.0))
+    slam.closed = 1
+    slam.frames[0].hit, slam.frames[0].range_m[0] = 1, 1.0
+    match = ffi.new("slam_match_t *")
+    lib.slam_match(slam, grid, (bent_m, 0.0, 0.0), match)
+    assert match.matched == 1
+    pulled: float = match.gradient[0] / match.hessian[0][0]
+    return pulled
+
+
+@pytest.mark.parametrize("bent_m", [-0.05, 0.05])
+def test_a_wall_of_known_direction_is_straight(bent_m: float) -> None:
+    config = ffi.new("slam_config_t *", lib.slam_config_default())
+    slam = ffi.new("slam_t *")
+    lib.slam_init(slam, config, True, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    alone = pull_m(slam, bent_m)
+    slam.walls, slam.filter = (of[0] for of in tell([0.0] * 6, 0.0))
+    held = pull_m(slam, bent_m)
+    assert abs(alone) < 0.02
+    assert math.copysign(1.0, held) == -math.copysign(1.0, bent_m)
+    assert abs(held) > abs(alone) + 0.01

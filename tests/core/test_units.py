@@ -19,7 +19,7 @@ PLAIN = {
     "x", "y", "sin", "cos", "a", "b", "v", "p", "value", "low", "high", "factor", "fraction",
     "max_norm", "stop_ratio", "t_x", "t_y", "dt_x", "dt_y", "away", "robust", "information",
     "lead", "score", "weight", "scale", "scale_sd", "covariance", "hessian", "gradient", "points",
-    "fit", "stretch", "turns",
+    "fit", "stretch", "turns", "normal",
 }  # fmt: skip
 DECLARATION = re.compile(
     r"\b(?:float|vec2_t)\s+\*?([a-z0-9_]+(?:\s*,\s*[a-z0-9_]+)*)\s*(?=[;,)\[])"

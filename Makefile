@@ -109,8 +109,8 @@ sizes: setup ## Print what core and app need on the chip: RAM, flash, stack
 	$(BIN)/python -m tests.tools.sizes
 
 .PHONY: picture
-picture: setup ## Take the picture of the README anew
-	$(BIN)/python -m tests.tools.picture ground/web/page.png
+picture: setup ## Take the pictures of the README anew
+	$(BIN)/python -m tests.tools.picture ground/web/page.png ground/web/flight.webp
 
 OMPL_INCLUDE ?= $(firstword $(wildcard /usr/include/ompl-*)) /usr/include/eigen3
 

@@ -98,14 +98,21 @@ class RecordedLink:
 
     def _take(self, message: Incoming) -> None:
         file, view, now_ns = self._file, self._view, time.time_ns()
-        if file and view:
-            self._try(lambda: file.note("/" + type(message).__name__, message, now_ns))
-            self._try(lambda: view.take(message, now_ns))
+        if file is None or view is None:
+            return
+
+        def write() -> None:
+            file.note("/" + type(message).__name__, message, now_ns)
+            view.take(message, now_ns)
+
+        self._try(write)
 
     def _try(self, write: Callable[[], None]) -> None:
-        """A disk that is full ends the recording, never the flight."""
+        """Whatever is wrong with the recording, a full disk before all, the flight goes on."""
         try:
             write()
-        except OSError as error:
+        except Exception as error:
+            if self._file:
+                self._file.abandon()
             self._file = None
-            log.warning("recording to %s ended: %s", self.path, error.strerror)
+            log.warning("recording to %s ended: %s", self.path, error)

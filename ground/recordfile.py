@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import time
 from collections.abc import Mapping
@@ -84,6 +85,11 @@ class RecordFile:
         """Complete the file."""
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._file.close()
+
+    def abandon(self) -> None:
+        """Let go of it as it is: it opens up to what was written."""
+        with contextlib.suppress(OSError):
+            self._file.close()
 
     def _open(self, topic: str, encoding: str, schema: int) -> None:
         self._channels[topic] = self._writer.register_channel(topic, encoding, schema)

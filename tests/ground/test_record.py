@@ -3,6 +3,7 @@
 
 import asyncio
 import json
+import os
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from typer.testing import CliRunner
 
 from ground.cli import app
 from ground.codec import KINDS, from_json, to_json
-from ground.core import MissionReason, MissionState
+from ground.core import MissionCmd, MissionReason, MissionState
 from ground.errors import GroundError, LinkUnavailable
 from ground.link_replay import ReplayLink
 from ground.missing import MapPacket
@@ -81,6 +82,28 @@ def test_a_recording_is_heard_again(tmp_path: Path) -> None:
             assert station.picture.drone_ms == 1999
 
     asyncio.run(replay())
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_flight(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def run() -> None:
+        link = FakeLink()
+        recorded = RecordedLink(link, tmp_path / "flight.mcap")
+        async with station_on(recorded) as station:
+            assert recorded._file is not None
+            full = os.open("/dev/full", os.O_WRONLY)
+            os.dup2(full, recorded._file._file.fileno())
+            os.close(full)
+            link.say(*spoken())
+            while not link.idle:
+                await asyncio.sleep(0)
+            await station.command(MissionCmd.LAND)
+            assert station.picture.drone_ms == 1999
+        assert len(link.acts) == 1
+
+    asyncio.run(run())
+    assert "No space left" in caplog.text
 
 
 def test_a_file_that_was_cut_off_gives_what_is_whole(tmp_path: Path) -> None:

@@ -242,3 +242,41 @@ def test_two_drones_are_shown_and_the_chosen_one_is_commanded(ground: Ground, pa
     page.keyboard.press("Space")
     for link in (ground.link, ground.other_link):
         wait_until(page, lambda link=link: link.count(EmergencyStop) > 0)
+
+
+class Line:
+    """A recording of a minute."""
+
+    def __init__(self) -> None:
+        self.position_s, self.duration_s, self.playing = 10.0, 60.0, True
+
+    def play(self) -> None:
+        self.playing = True
+
+    def pause(self) -> None:
+        self.playing = False
+
+    def seek(self, time_s: float) -> None:
+        self.position_s = time_s
+
+
+def test_a_recording_has_a_time_line_and_nothing_to_command(page: Page, ground: Ground) -> None:
+    assert not page.locator("#timeline").is_visible()
+    ground.cockpit.timeline = line = Line()
+    text, play = page.locator("#time-text"), page.locator("#play")
+    expect(text).to_have_text("0:10 / 1:00", timeout=WAIT_MS)
+    play.click()
+    expect(play).to_have_attribute("aria-label", "Play", timeout=WAIT_MS)
+    assert not line.playing
+    page.locator("#time").focus()
+    page.keyboard.press("End")
+    expect(text).to_have_text("1:00 / 1:00", timeout=WAIT_MS)
+    page.wait_for_timeout(1000)
+    assert line.position_s == 60.0
+    expect(text).to_have_text("1:00 / 1:00", timeout=WAIT_MS)
+    for name in ("#stop", ".commands"):
+        assert not page.locator(name).is_visible()
+    page.keyboard.press("Space")
+    page.locator("#map").click(position={"x": 100, "y": 100})
+    assert ground.link.acts == []
+    assert ground.link.count(EmergencyStop) == 0

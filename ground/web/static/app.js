@@ -66,7 +66,7 @@ function show() {
   $("detail").textContent = mission.fault;
   showLink(link);
   showTimeline(state.replay);
-  $("stop").hidden = latched || Boolean(state.replay);
+  $("stop").hidden = latched;
   const several = fleet.length > 1;
   $("stop-whom").textContent = several ? "cuts all motors, all drones fall" : "cuts the motors, the drone falls";
   $("latched").hidden = !latched && !confirmed;

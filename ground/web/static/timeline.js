@@ -10,7 +10,9 @@ let held = false; // the user holds the slider: it stays where it is held
 
 export function showTimeline(replay) {
   $("timeline").hidden = !replay;
+  document.body.classList.toggle("replay", Boolean(replay));
   if (!replay) return;
+  $("link").lastElementChild.textContent = "recording";
   const slider = $("time");
   slider.max = replay.of_s;
   if (!held) slider.value = replay.at_s;

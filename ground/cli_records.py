@@ -9,9 +9,21 @@ from typing import Annotated, Any
 
 import typer
 
-from ground.cli_parts import JsonFile, Port, out
+from ground.cli_parts import JsonFile, Port, fail, out
+from ground.errors import GroundError
 
-File = Annotated[Path, typer.Argument(help="A recording of a flight.")]
+File = Annotated[
+    Path | None, typer.Argument(help="A recording of a flight; the newest of yours if not given.")
+]
+
+
+def _chosen(file: Path | None) -> Path:
+    from ground.recordfile import newest_recording
+
+    try:
+        return file or newest_recording()
+    except GroundError as error:
+        fail(str(error))
 
 
 def add_records(app: typer.Typer, run: Callable[[Coroutine[Any, Any, bool]], None]) -> None:
@@ -19,7 +31,7 @@ def add_records(app: typer.Typer, run: Callable[[Coroutine[Any, Any, bool]], Non
 
     @app.command()
     def replay(
-        file: File,
+        file: File = None,
         speed: Annotated[float, typer.Option(min=0.1, max=1000.0, help="Times as fast.")] = 1.0,
         port: Port = None,
         rerun: Annotated[
@@ -41,15 +53,15 @@ def add_records(app: typer.Typer, run: Callable[[Coroutine[Any, Any, bool]], Non
         if rerun:
             from ground.sim.rerun import rerun_file
 
-            run(rerun_file(file, into, json_file, out))
+            run(rerun_file(_chosen(file), into, json_file, out))
             return
         from ground.replay import replay_flight
 
-        run(replay_flight(file, speed, port, out))
+        run(replay_flight(_chosen(file), speed, port, out))
 
     @app.command()
     def plot(
-        file: File,
+        file: File = None,
         image: Annotated[
             Path | None, typer.Option("--image", "-o", help="A .png, .svg or .pdf; FILE.png else.")
         ] = None,
@@ -68,4 +80,5 @@ def add_records(app: typer.Typer, run: Callable[[Coroutine[Any, Any, bool]], Non
         from ground.sim.truth import read_truth
 
         known = read_truth(world, truth) if world or truth else None
-        run(plot_flight(file, image or file.with_suffix(".png"), known, force, out))
+        chosen = _chosen(file)
+        run(plot_flight(chosen, image or chosen.with_suffix(".png"), known, force, out))

@@ -44,6 +44,15 @@ def new_recording() -> Path:
     return folder / (f"{name}_{taken + 1}.mcap" if taken else f"{name}.mcap")
 
 
+def newest_recording() -> Path:
+    """The last that was begun among those that were given no name."""
+    folder = recordings_folder()
+    files = sorted(folder.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
+    if not files:
+        raise GroundError(f"there is no recording in {folder}: fly first, or name a file")
+    return files[-1]
+
+
 class RecordFile:
     """Messages by topic: words of the model as JSON, others as protobuf or bare bytes."""
 

@@ -9,14 +9,14 @@ from pathlib import Path
 from ground.mapfile import save_map
 from ground.model import Telemetry
 from ground.picture import Picture
-from ground.recordfile import recordings_folder
+from ground.recordfile import newest_recording
 from ground.recording import read_recording
 
 
 def main() -> None:
     """Read it."""
     named = [Path(name) for name in sys.argv[1:]]
-    file = named[0] if named else max(recordings_folder().glob("*.mcap"))
+    file = named[0] if named else newest_recording()
     picture, places = Picture(), []
     for time_s, message in read_recording(file):
         picture.take(message, time_s)

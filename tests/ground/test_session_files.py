@@ -15,9 +15,11 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from ground.cli import app
-from ground.model import Command, Event, Health, Odometry, Ranges, Telemetry
-from ground.recordfile import RecordFile
+from ground.mapfile import load_map
+from ground.model import Command, Event, Health, Odometry, Pose, Ranges, Telemetry
+from ground.recordfile import RecordFile, new_recording
 from ground.recording import read_entries, read_session
+from ground.rosmap import fit, load_ros
 from ground.sim.inputs import CALLS
 from ground.sim.process import SimulatorProcess
 from ground.sim.world import load_world
@@ -174,6 +176,30 @@ def test_its_map_is_one_for_map_server(flown: Flown, tmp_path: Path) -> None:
     assert np.percentile(np.abs(distances_m(occupied, upside_down=True)), 90) > 0.25
     assert np.mean(distances_m(free) > -0.1) > 0.95
     run("map", "save", str(tmp_path / "room.yaml"), "--from", str(flown.radio), code=1)
+
+
+def test_a_map_is_loaded_where_the_drone_stands(flown: Flown, tmp_path: Path) -> None:
+    room, after = tmp_path / "room.yaml", tmp_path / "after.npz"
+    run("map", "save", str(room), "--from", str(flown.radio))
+    with SimulatorProcess("--world", WORLD, "--speed", "max") as simulator:
+        run("map", "load", str(room), "--pose=0.5,-0.25,1.57", "--uri", simulator.uri)
+        run("map", "save", str(after), "--uri", simulator.uri)
+        run("map", "load", str(after), "--pose", "0,0,0", "--uri", simulator.uri, code=1)
+    held = load_map(after)
+    laid = fit(load_ros(room), held, Pose(0.5, -0.25, 0.0, 1.57))
+    assert np.array_equal(held.states, laid.states)
+    assert np.count_nonzero(laid.states) > 1000
+
+
+def test_the_newest_recording_is_taken_where_none_is_named(
+    flown: Flown, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    run("plot", "--image", str(tmp_path / "a.png"), code=1)
+    new_recording().write_bytes(b"")
+    new_recording().write_bytes(flown.radio.read_bytes())
+    run("plot", "--image", str(tmp_path / "a.png"))
+    assert (tmp_path / "a.png").exists()
 
 
 def test_poses_come_as_a_table(flown: Flown, tmp_path: Path) -> None:

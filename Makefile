@@ -55,8 +55,8 @@ test: setup ## Run the tests (two processes, under ten minutes)
 	$(BIN)/pytest -n 2 tests --ignore tests/cfclient
 
 .PHONY: test-cfclient
-test-cfclient: setup $(CFCLIENT)/.installed ## Drive the real cfclient against the simulated Crazyflie
-	QT_QPA_PLATFORM=offscreen $(CFCLIENT)/bin/python -m pytest --confcutdir tests/cfclient tests/cfclient
+test-cfclient: setup $(CFCLIENT)/.installed ## Drive the real cfclient against the simulated Crazyflie [MINUTES=10]
+	QT_QPA_PLATFORM=offscreen MINUTES=$(MINUTES) $(CFCLIENT)/bin/python -m pytest -rP --confcutdir tests/cfclient tests/cfclient
 
 $(CFCLIENT)/.installed: pyproject.toml
 	tests/tools/debian_packages.sh cfclient

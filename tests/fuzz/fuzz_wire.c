@@ -69,6 +69,7 @@ static void read_piece(bytes_t bytes) {
 }
 
 static void write_piece(bytes_t bytes) {
+  uint8_t data[WIRE_MAP_BYTES];
   wire_map_t map;
   wire_tile_t tile;
   wire_tile_t again;
@@ -91,7 +92,8 @@ static void write_piece(bytes_t bytes) {
     kept[count] = tile;
   }
   wire_map_end(&map);
-  REQUIRE(count > 0 && wire_map_open(&map, map.bytes, &epoch) && epoch == 1);
+  memcpy(data, map.bytes, sizeof data);
+  REQUIRE(count > 0 && wire_map_open(&map, data, &epoch) && epoch == 1);
   for (int i = 0; i < count; i++) {
     REQUIRE(wire_map_read(&map, &again) && again.tile == kept[i].tile);
     REQUIRE(memcmp(again.states, kept[i].states, sizeof again.states) == 0);

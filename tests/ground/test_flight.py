@@ -17,8 +17,7 @@ from ground.cli import app
 from ground.core import MissionCmd, MissionReason, MissionState
 from ground.flight import fly
 from ground.link_radio import RadioLink
-from ground.missing import MapPacket
-from ground.model import Beat, Event, Health, LinkState, Point, Ranges, Telemetry
+from ground.model import Beat, Event, LinkState, LogMessage, Point
 from ground.recording import read_recording
 from ground.sim.process import SimulatorProcess
 from ground.station import Station, station_on
@@ -60,7 +59,7 @@ def test_goto_flies_and_reports(simulator: SimulatorProcess, tmp_path: Path) -> 
     assert (code, errors) == (0, "")
     assert json.loads(report.read_text())["reached"] is True
     last = [message for _, message in read_recording(tmp_path / "goto.mcap")][-1]
-    assert isinstance(last, Telemetry | MapPacket | Health | Ranges | Beat | Event)
+    assert isinstance(last, LogMessage | Beat | Event)
     truth = simulator.stop()
     assert truth["collisions"] == 0
     assert truth["path_m"] > 1.0

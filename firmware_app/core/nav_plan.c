@@ -6,7 +6,7 @@
 #include "rng.h"
 
 enum {
-  UNITS_PER_TICK = 20,   ///< of the planner's budget
+  UNITS_PER_TICK = 60,   ///< of the planner's budget
   FRONTIER_UNITS = 30,   ///< the same, exploring: its pieces are small
   DOUBTS_A_HIT = 2,      ///< before cells of one hit more are doubted
   DOUBTS_MAX = 4,        ///< in a task

@@ -416,7 +416,10 @@ bool pathfinder_enough(const pathfinder_t *planner) {
   uint32_t since_first = planner->samples - planner->first_samples;
   uint32_t least =
       planner->broken_cells > 0.0f ? planner->cfg.mend_samples : planner->cfg.least_samples;
-  float wanted = (planner->cfg.stop_ratio - 1.0f) * (float)planner->first_samples;
+  // what the trees took in vain, before the wave found the way, is no measure
+  float first =
+      planner->first_samples < planner->cfg.connect_samples ? (float)planner->first_samples : 0.0f;
+  float wanted = (planner->cfg.stop_ratio - 1.0f) * first;
   return planner->stage == PATHFINDER_GROW && planner->waved && since_first >= least &&
          (float)since_first >= wanted;
 }

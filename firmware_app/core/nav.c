@@ -31,7 +31,7 @@ void nav_init(nav_t *nav, const nav_config_t *cfg) {
 void nav_make_map(nav_t *nav) {
   vec2_t centre_m = vec2_scale(vec2_add(nav->cfg.area_min_m, nav->cfg.area_max_m), 0.5f);
   grid_init(&nav->grid, &nav->cfg.grid, centre_m, nav->cfg.cell_m);
-  clearance_init(&nav->clearance, &nav->grid, nav->cfg.clearance_m, nav->cfg.area_min_m,
+  clearance_init(&nav->clearance, &nav->grid, nav_clearance_m(nav), nav->cfg.area_min_m,
                  nav->cfg.area_max_m);
   seen_forget(&nav->seen);
   nav->route.count = 0;

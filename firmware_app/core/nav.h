@@ -161,6 +161,7 @@ typedef struct {
   uint16_t known_cells; ///< when it last looked around
   bool approach;        ///< the goal is occupied: going beside it, to look from nearer
   bool wandering;       ///< exploring by random points: on its way to one
+  bool narrow;          ///< keeping less from obstacles: there was no way otherwise
   bool looked;          ///< it has looked around since the last plan
   uint8_t doubts;       ///< in this task, that occupied cells are noise
   uint8_t looks_left;   ///< turns to look around that are left before "no way" is final

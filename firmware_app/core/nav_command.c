@@ -86,7 +86,7 @@ mission_reason_t nav_configure(nav_t *nav, const nav_config_t *cfg) {
   if (!nav->mapped && !map_fits(nav)) {
     nav_make_map(nav);
   } else {
-    clearance_configure(&nav->clearance, &nav->grid, cfg->clearance_m, cfg->area_min_m,
+    clearance_configure(&nav->clearance, &nav->grid, nav_clearance_m(nav), cfg->area_min_m,
                         cfg->area_max_m);
   }
   return MISSION_OK;

@@ -20,6 +20,7 @@ static const float GUARD_HEIGHT_M = 0.15f; ///< lower, the beams see the floor
 static const float PROGRESS_M = 0.25f;     ///< along a route: what counts as progress
 static const float LOOKAHEAD_M = 1.5f; ///< of observed route: more than it takes to stop from 1 m/s
 static const float CLOSEST_M = 0.10f;  ///< propeller tips are 0.07 m out; the map errs too
+static const float CREEP_M = 0.03f;    ///< of room count where there is less
 static const float ROOM_AHEAD_M = 0.5f;
 static const float BLOCKED_MARGIN_M = 0.3f; ///< stop this much before a blocked piece
 static const float QUARTER_RAD = 1.57079633f;
@@ -147,7 +148,7 @@ bool nav_look_along(nav_t *nav) {
   float safe_m = all_clear ? clear_m : clear_m - BLOCKED_MARGIN_M;
   nav->limits.until_m = known_m < safe_m ? known_m : safe_m;
   nav->limits.room_m =
-      nav->cfg.clearance_m - CLOSEST_M +
+      geometry_clamp(nav_clearance_m(nav) - CLOSEST_M, CREEP_M, 1.0f) +
       route_room_m(&nav->route, &nav->grid, &nav->clearance, from_m, from_m + ROOM_AHEAD_M);
   return all_clear;
 }

@@ -39,8 +39,10 @@ bool nav_pass_waypoint(nav_t *nav);
 /** The present way point cannot be reached. @return true if it goes on to another; PLAN then has a
  * new goal */
 bool nav_skip_waypoint(nav_t *nav, mission_reason_t reason);
-/** Nothing was looked at in vain yet. */
-void nav_start_exploring(nav_t *nav);
+/** For another task: nothing was tried or looked at in vain yet. */
+void nav_plan_afresh(nav_t *nav);
+/** What plans keep from obstacles now. */
+float nav_clearance_m(const nav_t *nav);
 /** One slice of planning, where the state asks for it. A new plan is asked for by plan.stage =
  * NAV_PLAN_BEGIN. */
 void nav_plan_step(nav_t *nav);

@@ -22,6 +22,25 @@ enum {
 static const float SERVED_M = 0.2f; ///< so near to an occupied goal is there
 static const float AT_FRONTIER_M = 0.5f;
 
+static const float NARROWEST_M = 0.09f; ///< propeller tips are 0.07 m out
+
+float nav_clearance_m(const nav_t *nav) {
+  float kept_m = nav->cfg.clearance_m;
+  float narrow_m = geometry_clamp(kept_m - nav->grid.cell_m, NARROWEST_M, kept_m);
+  return nav->plan.narrow ? narrow_m : kept_m;
+}
+
+/** Cells round what is kept clear upwards, by as much as one of them: where that closes the only
+ * way, it is given back. */
+static void narrow(nav_t *nav, bool on) {
+  if (nav->plan.narrow != on) {
+    nav->plan.narrow = on;
+    clearance_configure(&nav->clearance, &nav->grid, nav_clearance_m(nav), nav->cfg.area_min_m,
+                        nav->cfg.area_max_m);
+  }
+  nav->plan.stage = NAV_PLAN_BEGIN;
+}
+
 static vec2_t goal_of_task(const nav_t *nav) {
   return nav->mission.task == MISSION_TASK_HOME ? pose2_position(nav->home) : nav->goal_m;
 }
@@ -42,6 +61,10 @@ static void fail(nav_t *nav, mission_reason_t reason, vec2_t place_m) {
   if (nav->clearance.observed_only) { // then not only through what was observed
     clearance_observed_only(&nav->clearance, false);
     nav->plan.stage = NAV_PLAN_BEGIN;
+    return;
+  }
+  if (!nav->plan.narrow) {
+    narrow(nav, true);
     return;
   }
   bool may_look = nav->plan.looks_left > 0 && nav->plan.doubts < DOUBTS_MAX;
@@ -84,7 +107,8 @@ static bool exploring(const nav_t *nav) {
   return nav->mission.task == MISSION_TASK_EXPLORE;
 }
 
-void nav_start_exploring(nav_t *nav) {
+void nav_plan_afresh(nav_t *nav) {
+  narrow(nav, false);
   nav->plan.stalls = 0;
   nav->plan.known_cells = 0;
   nav->plan.rounds_left = ROUNDS;
@@ -189,6 +213,10 @@ static void finish(nav_t *nav) {
 /** No frontier is left. Noise may have closed a door: what little speaks for is looked at again. */
 static void end_exploring(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
+  if (!plan->narrow && plan->given_up < GIVE_UP_AFTER) {
+    narrow(nav, true);
+    return;
+  }
   plan->stage = NAV_PLAN_DONE;
   if (plan->rounds_left > 0 && plan->given_up < GIVE_UP_AFTER &&
       mission_airborne(nav->mission.state)) {

@@ -14,7 +14,7 @@ void nav_fault(nav_t *nav, mission_reason_t reason) {
 void nav_set_task(nav_t *nav, mission_task_t task) {
   nav->mission.task = task;
   nav->plan.looks_left = task == MISSION_TASK_GOTO ? 0 : NAV_LOOKS;
-  nav_start_exploring(nav);
+  nav_plan_afresh(nav);
   clearance_observed_only(&nav->clearance, task == MISSION_TASK_HOME);
   nav_apply(nav, MISSION_EV_TASK);
 }
@@ -28,7 +28,7 @@ static void leave_ground(nav_t *nav) {
   nav->battery_low = false;
   nav->mission.fault = MISSION_OK;
   nav->plan.looks_left = NAV_LOOKS;
-  nav_start_exploring(nav);
+  nav_plan_afresh(nav);
 }
 
 static void enter_state(nav_t *nav, mission_state_t before, mission_event_t event) {

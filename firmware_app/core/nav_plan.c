@@ -8,8 +8,8 @@
 enum {
   UNITS_PER_TICK = 60,   ///< of the planner's budget
   FRONTIER_UNITS = 30,   ///< the same, exploring: its pieces are small
-  DOUBTS_A_HIT = 2,      ///< before cells of one hit more are doubted
-  DOUBTS_MAX = 4,        ///< in a task
+  DOUBTS_A_HIT = 1,      ///< before cells of one hit more are doubted
+  DOUBTS_MAX = 2,        ///< in a task
   BESIDE_CELLS = 6,      ///< so near to the place beside an occupied goal, it has been looked at
   START_FREE_CELLS = 10, ///< how far the way out of an inflated zone may be
   NEWS_CELLS = 20,       ///< fewer cells that are newly known are no progress
@@ -49,6 +49,7 @@ static vec2_t goal_of_task(const nav_t *nav) {
  * looked at before the drone flies there; when that does not help, cells of two hits. So the drone
  * looks where its walls are weakest. */
 static void doubt(nav_t *nav) {
+  narrow(nav, false); // a door is wider, and many of the holes that this makes are not
   int hits = 1 + nav->plan.doubts / DOUBTS_A_HIT;
   grid_doubt(&nav->grid, GRID_OCCUPIED_MIN - 1 + hits * nav->cfg.grid.hit);
   nav->plan.doubts++;
@@ -63,7 +64,7 @@ static void fail(nav_t *nav, mission_reason_t reason, vec2_t place_m) {
     nav->plan.stage = NAV_PLAN_BEGIN;
     return;
   }
-  if (!nav->plan.narrow) {
+  if (!nav->plan.narrow && nav->plan.doubts == 0) {
     narrow(nav, true);
     return;
   }
@@ -144,7 +145,7 @@ static void start_search(nav_t *nav, vec2_t last_goal_cells) {
   nav_plan_t *plan = &nav->plan;
   pathfinder_t *planner = &nav->planner;
   pathfinder_config_t cfg = nav->cfg.search;
-  cfg.grid_only = nav->cfg.planner == NAV_PLANNER_GRID;
+  cfg.grid_only = nav->cfg.planner == NAV_PLANNER_GRID || plan->narrow; // trees fail there
   bool same = vec2_distance(last_goal_cells, plan->goal_cells) == 0.0f;
   if (exploring(nav)) {
     judge_look(nav);
@@ -213,7 +214,7 @@ static void finish(nav_t *nav) {
 /** No frontier is left. Noise may have closed a door: what little speaks for is looked at again. */
 static void end_exploring(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
-  if (!plan->narrow && plan->given_up < GIVE_UP_AFTER) {
+  if (!plan->narrow && plan->doubts == 0 && plan->given_up < GIVE_UP_AFTER) {
     narrow(nav, true);
     return;
   }

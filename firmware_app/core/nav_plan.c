@@ -214,10 +214,6 @@ static void finish(nav_t *nav) {
 /** No frontier is left. Noise may have closed a door: what little speaks for is looked at again. */
 static void end_exploring(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
-  if (!plan->narrow && plan->doubts == 0 && plan->given_up < GIVE_UP_AFTER) {
-    narrow(nav, true);
-    return;
-  }
   plan->stage = NAV_PLAN_DONE;
   if (plan->rounds_left > 0 && plan->given_up < GIVE_UP_AFTER &&
       mission_airborne(nav->mission.state)) {

@@ -5,6 +5,7 @@
 
 #include "nav.h"
 #include "nav_parts.h"
+#include "ray.h"
 
 static const uint32_t BATTERY_HOLD_MS = 2000u;    ///< a dip shorter than this is load, not charge
 static const float BATTERY_EMPTY_BELOW_V = 0.15f; ///< under the low limit: land where it is
@@ -22,9 +23,10 @@ static const uint32_t BAD_ESTIMATE_MS = 1000u; ///< a dark tile is crossed in le
 
 enum {
   LOOK_SETS = 12, ///< without an answer from where it flies: another beam shall look
-  DEAD_SETS = 99, ///< without an answer, flying and looking around, while others answer
+  DEAD_SETS = 99, ///< without an answer, the last where something is known to stand
 };
 
+static const float ANSWERS_M = 2.5f; ///< a wall that is no farther does
 static const float FLYING_MPS = 0.1f;
 
 /** Learn how fast the voltage falls. Of a falling line the slower filter lags by more: the
@@ -96,6 +98,18 @@ static void watch_link(nav_t *nav) {
   }
 }
 
+/** The map knows something that this beam of a set meets; while lost nothing tells otherwise. */
+static bool should_answer(const nav_t *nav, pose2_t pose, int beam) {
+  vec2_t reach_m = vec2_rotate((vec2_t){ANSWERS_M, 0.0f}, scan_bearing_rad(beam));
+  ray_t ray = ray_start(grid_to_cells(&nav->grid, pose2_position(pose)),
+                        grid_to_cells(&nav->grid, pose2_apply(pose, reach_m)));
+  bool met = nav->mission.lost;
+  do {
+    met = met || grid_value(&nav->grid, ray.ix, ray.iy) >= GRID_OCCUPIED_MIN;
+  } while (!met && ray_next(&ray));
+  return met;
+}
+
 void nav_check_beams(nav_t *nav, const scan_frame_t *frame) {
   mission_state_t state = nav->mission.state;
   bool follows = state == MISSION_FOLLOW || state == MISSION_RETURN;
@@ -104,12 +118,13 @@ void nav_check_beams(nav_t *nav, const scan_frame_t *frame) {
   }
   vec2_t body_mps = vec2_rotate(nav->input.velocity_mps, -nav->input.odometry.pose.yaw_rad);
   const float towards_mps[SCAN_BEAMS] = {body_mps.x, -body_mps.x, body_mps.y, -body_mps.y};
+  pose2_t map_pose = slam_to_map(&nav->slam, frame->pose);
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     uint8_t *silent = &nav->silent[beam];
     if ((frame->clear >> beam & 1u) == 0) {
       *silent = 0;
-    } else if (*silent < DEAD_SETS) {
-      (*silent)++;
+    } else if (*silent + 1 < DEAD_SETS || should_answer(nav, map_pose, beam)) {
+      *silent = (uint8_t)(*silent + (*silent < DEAD_SETS));
     }
     if (*silent % LOOK_SETS == LOOK_SETS - 1 && towards_mps[beam] > FLYING_MPS && follows) {
       nav_apply(nav, MISSION_EV_LOOK);

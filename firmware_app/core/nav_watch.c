@@ -22,8 +22,9 @@ static const uint32_t SILENT_MS = 3000u;
 static const uint32_t BAD_ESTIMATE_MS = 1000u; ///< a dark tile is crossed in less
 
 enum {
-  LOOK_SETS = 12, ///< without an answer from where it flies: another beam shall look
-  DEAD_SETS = 99, ///< without an answer, the last where something is known to stand
+  LOOK_SETS = 12,  ///< without an answer from where it flies: another beam shall look
+  DEAD_SETS = 99,  ///< without an answer, flying and looking around, while others answer
+  MISSED_SETS = 9, ///< the last of them, in which something is known to stand there
 };
 
 static const float ANSWERS_M = 2.5f; ///< a wall that is no farther does
@@ -123,7 +124,7 @@ void nav_check_beams(nav_t *nav, const scan_frame_t *frame) {
     uint8_t *silent = &nav->silent[beam];
     if ((frame->clear >> beam & 1u) == 0) {
       *silent = 0;
-    } else if (*silent + 1 < DEAD_SETS || should_answer(nav, map_pose, beam)) {
+    } else if (*silent < DEAD_SETS - MISSED_SETS || should_answer(nav, map_pose, beam)) {
       *silent = (uint8_t)(*silent + (*silent < DEAD_SETS));
     }
     if (*silent % LOOK_SETS == LOOK_SETS - 1 && towards_mps[beam] > FLYING_MPS && follows) {

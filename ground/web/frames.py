@@ -158,6 +158,8 @@ def _event(event: Event) -> dict[str, Any]:
             words, level = "arrived", "good"
         case EventCode.EXPLORED:
             words, level = "everything that can be reached is explored", "good"
+            if event.argument:
+                words, level = "explored, but for places that looking did not show", "warning"
         case EventCode.WAYPOINT:
             words = f"at way point {event.argument + 1}"
         case EventCode.SKIPPED:

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the page says of what happened on board."""
+
+import json
+
+import pytest
+
+from ground.core import EventCode
+from ground.model import Event, Point
+from ground.station import Station
+from ground.web.cockpit import Cockpit
+from ground.web.frames import state_frame
+from tests.ground.fakelink import FakeLink
+
+
+@pytest.mark.parametrize(("given_up", "level"), [(0, "good"), (1, "warning")])
+def test_what_was_given_up_is_not_called_explored(given_up: int, level: str) -> None:
+    station = Station(FakeLink())
+    station.picture.take(Event(0, 1000, EventCode.EXPLORED, given_up, Point(0.0, 0.0)), 1.0)
+    told = json.loads(state_frame(Cockpit(station), 0)[0])["events"][0]
+    assert told["level"] == level
+    assert ("everything" in told["words"]) == (given_up == 0)

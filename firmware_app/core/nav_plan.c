@@ -6,10 +6,10 @@
 #include "rng.h"
 
 enum {
-  UNITS_PER_TICK = 60,   ///< of the planner's budget
-  FRONTIER_UNITS = 30,   ///< the same, exploring: its pieces are small
-  DOUBTS_A_HIT = 1,      ///< before cells of one hit more are doubted
-  DOUBTS_MAX = 2,        ///< in a task
+  UNITS_PER_TICK = 30,   ///< of the planner's budget
+  FRONTIER_UNITS = 30,   ///< the same, exploring
+  DOUBTS_A_HIT = 2,      ///< before cells of one hit more are doubted
+  DOUBTS_MAX = 4,        ///< in a task
   BESIDE_CELLS = 6,      ///< so near to the place beside an occupied goal, it has been looked at
   START_FREE_CELLS = 10, ///< how far the way out of an inflated zone may be
   NEWS_CELLS = 20,       ///< fewer cells that are newly known are no progress

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a way is hard to find: gaps that rounding to cells closes, halls in which beams see nothing."""
+"""Where a way is hard to find: gaps that rounding to cells closes, halls without echoes."""
 
 import math
 

@@ -64,7 +64,7 @@ static void fail(nav_t *nav, mission_reason_t reason, vec2_t place_m) {
     nav->plan.stage = NAV_PLAN_BEGIN;
     return;
   }
-  if (!nav->plan.narrow && nav->plan.doubts == 0) {
+  if (!nav->plan.narrow && nav->plan.doubts == 0 && nav->plan.looks_left > 0) {
     narrow(nav, true);
     return;
   }

@@ -37,7 +37,7 @@ static const float M_PER_MM = 0.001f;
 /** Variance of the velocity [(m/s)^2]. A Flow deck reaches about 0.002 on the ground and 0.02 at 1
  * m; without flow it takes eight seconds to the larger one. */
 static const float SETTLED_BELOW = 0.05f;
-static const float LOST_ABOVE = 0.25f;
+static const float LOST_ABOVE = 0.1f;
 
 /** A log variable and the flag that cannot be given without it. */
 static const struct {

@@ -4,7 +4,10 @@
 
 #include <math.h>
 
-enum { COMING_SETS = 3 /* in a row: no noise comes nearer so often */ };
+enum {
+  COMING_SETS = 3, ///< in a row: no noise comes nearer so often
+  JUMP_SETS = 2,   ///< a jump counts as much as so many sets without
+};
 
 static const float NOTHING_M = 100.0f;
 static const float NEVER_S = 1000.0f;
@@ -14,6 +17,9 @@ static const float SET_S = 0.3f;       ///< nor does one that comes later
 static const float COMING_MPS = 0.2f;  ///< slower than this is noise
 static const float RUNNING_MPS = 2.5f; ///< faster is another thing in the beam
 static const float SAME_M = 0.5f;      ///< so near to where it was met, it is the same comer
+static const float RESTLESS_M = 1.2f;
+static const float JUMP_M = 0.2f; ///< from a set to the next
+static const float SLIP_GAIN = 0.3f;   ///< a set's share
 static const float AHEAD_S = 0.5f;     ///< so long it is thought to go on coming
 static const float STANDING = 0.6f;    ///< of the distance, kept from one that stands still
 static const float ONCE_MORE_M = 0.1f; ///< farther than this beyond the distance the retreat ends
@@ -122,6 +128,49 @@ static bool comes(const guard_t *guard, const scan_frame_t *frame, int beam) {
   return came_m > COMING_MPS * elapsed_s && came_m < RUNNING_MPS * elapsed_s;
 }
 
+static float median(float a, float b, float c) {
+  return geometry_clamp(c, a < b ? a : b, a < b ? b : a);
+}
+
+/** How much faster odometry is than the body, along each of its axes: what echoes on both sides
+ * agree on. */
+static void note_slip(guard_t *guard, const scan_frame_t *frame) {
+  pose2_t step = pose2_compose(pose2_inverse(guard->seen_from), frame->pose);
+  const float moved_m[2] = {step.x_m, step.y_m};
+  vec2_t known_mps = vec2_rotate(guard->slip_mps, -frame->pose.yaw_rad);
+  float slip_mps[2] = {known_mps.x, known_mps.y};
+  float elapsed_s = seconds(frame->time_ms, guard->seen_ms);
+  for (int axis = 0; axis < 2; axis++) {
+    float told_mps[2];
+    int count = 0;
+    for (int side = 0; side < 2; side++) {
+      int beam = 2 * axis + side;
+      float sign = side == 0 ? 1.0f : -1.0f;
+      if ((frame->hit >> beam & 1) != 0 && guard->seen_m[beam] > 0.0f) {
+        float nearer_m = guard->seen_m[beam] - frame->range_m[beam];
+        told_mps[count++] = (moved_m[axis] - sign * nearer_m) / elapsed_s;
+      }
+    }
+    if (count > 0) {
+      float off_mps = median(told_mps[0], told_mps[count - 1], slip_mps[axis]) - slip_mps[axis];
+      slip_mps[axis] += SLIP_GAIN * geometry_clamp(off_mps, -1.0f, 1.0f);
+    }
+  }
+  guard->slip_mps = vec2_rotate((vec2_t){slip_mps[0], slip_mps[1]}, frame->pose.yaw_rad);
+}
+
+/** Does a beam tell something else near by in every set? */
+static void note_jump(guard_t *guard, int beam, float range_m) {
+  float before_m = guard->seen_m[beam];
+  bool both = before_m > 0.0f && range_m > 0.0f && before_m < RESTLESS_M && range_m < RESTLESS_M;
+  uint8_t *count = &guard->restless[beam];
+  if (both && fabsf(range_m - before_m) > JUMP_M) {
+    *count = (uint8_t)(*count < GUARD_RESTLESS ? *count + JUMP_SETS : *count);
+  } else if (*count > 0) {
+    (*count)--;
+  }
+}
+
 /** A comer's echo: the same comer goes on, or another one is nearer. How fast it comes is told by a
  * beam that is held on it. */
 static void meet(guard_t *guard, const scan_frame_t *frame, vec2_t echo_m) {
@@ -150,12 +199,16 @@ void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *
                  const uint8_t *judged) {
   int nearest = -1;
   bool tells = steady(guard, frame);
+  if (tells) {
+    note_slip(guard, frame);
+  }
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     float range_m = frame->range_m[beam];
     bool near = (frame->hit >> beam & 1) != 0 && range_m < WATCHED_M;
     bool coming = near && tells && guard->seen_m[beam] > 0.0f && comes(guard, frame, beam);
     int sets = coming ? guard->coming[beam] + 1 : 0;
     guard->coming[beam] = (uint8_t)(sets < COMING_SETS ? sets : COMING_SETS);
+    note_jump(guard, beam, near ? range_m : 0.0f);
     guard->seen_m[beam] = near ? range_m : 0.0f;
     bool comer = judged[beam] == GRID_ECHO_STRANGE ||
                  (judged[beam] == GRID_ECHO_UNTOLD && sets >= COMING_SETS);
@@ -169,6 +222,10 @@ void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *
   }
   guard->seen_from = frame->pose;
   guard->seen_ms = frame->time_ms;
+}
+
+vec2_t guard_slip(const guard_t *guard, float yaw_rad) {
+  return vec2_rotate(guard->slip_mps, -yaw_rad);
 }
 
 bool guard_comer(const guard_t *guard, const scan_odometry_t *body, vec2_t *offset_m) {

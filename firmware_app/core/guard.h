@@ -15,6 +15,7 @@
 #include "scan.h"
 
 #define GUARD_REMEMBERED_S 1.5f ///< a comer that no beam meets
+enum { GUARD_RESTLESS = 20 /* of jumps, and the beam is not believed */ };
 
 typedef enum { GUARD_CLEAR, GUARD_SLOW, GUARD_STOP, GUARD_RETREAT } guard_status_t;
 
@@ -39,6 +40,8 @@ typedef struct {
   pose2_t seen_from;
   uint32_t seen_ms;
   uint8_t coming[SCAN_BEAMS]; ///< sets in a row in which a beam's echo came by itself
+  uint8_t restless[SCAN_BEAMS]; ///< how often a beam's near echo has jumped lately
+  vec2_t slip_mps; ///< odometry is so much faster than the body by its echoes, odometry frame
   // the comer
   bool met;
   int8_t way;        ///< beam along which it gives way, or -1
@@ -55,6 +58,9 @@ void guard_init(guard_t *guard);
  *  one at once, the rest when it was seen to come */
 void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *frame,
                  const uint8_t *judged);
+/** What to add to a velocity setpoint so that the body moves as wanted though odometry is wrong, as
+ * far as echoes tell. @return body frame */
+vec2_t guard_slip(const guard_t *guard, float yaw_rad);
 /** Where the comer is, as seen from the body. @return false if there is none */
 bool guard_comer(const guard_t *guard, const scan_odometry_t *body, vec2_t *offset_m);
 /** @param range_m  SCAN_RANGES distances [m] as published, negative where none

@@ -299,9 +299,14 @@ nav_setpoint_t nav_move(nav_t *nav, bool fresh) {
   }
   steer_height(nav);
   follower_command_t command = command_of_state(nav, fresh);
-  vec2_t wanted_mps = vec2_limit(command.velocity_mps, nav->cfg.follower.speed_mps);
+  bool steers = (nav->input.flags & NAV_ESTIMATOR_SETTLED) != 0;
+  float most_mps = steers ? nav->cfg.follower.speed_mps : 0.0f;
+  vec2_t wanted_mps = vec2_limit(command.velocity_mps, most_mps);
   vec2_t body_mps = past_guard(nav, vec2_rotate(wanted_mps, -nav->pose.yaw_rad));
-  command.yaw_rate_rps = look_out(nav, command.yaw_rate_rps);
+  command.yaw_rate_rps = steers ? look_out(nav, command.yaw_rate_rps) : 0.0f;
+  if (nav->estimate_good_ms != nav_now_ms(nav)) {
+    body_mps = vec2_add(body_mps, guard_slip(&nav->guard, nav->input.odometry.pose.yaw_rad));
+  }
   if (!mission_airborne(nav->mission.state)) {
     return (nav_setpoint_t){.motors = false};
   }

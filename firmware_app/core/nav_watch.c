@@ -137,7 +137,8 @@ bool nav_half_blind(const nav_t *nav) {
   bool on_ground = !mission_airborne(nav->mission.state); // there each of them sees the floor
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     bool stuck = scan_unchanged(&nav->scan, beam) && (on_ground || nav->scan.last_m[beam] >= 0.0f);
-    if (stuck || nav->silent[beam] >= DEAD_SETS) {
+    bool restless = nav->guard.restless[beam] >= GUARD_RESTLESS;
+    if (stuck || restless || nav->silent[beam] >= DEAD_SETS) {
       return true;
     }
   }

@@ -9,6 +9,7 @@
 
 enum { APART_CELLS = 3 /* nearer to what lasts, a hit where it was free belongs to that */ };
 
+static const float MERGED_M = 0.4f; ///< so far before its echo a sensor tells two things apart
 static const float FAR_CELLS = 1.0e5f;       ///< beyond, a position is not worth tracing
 static const float RANGE_MAX_CELLS = 512.0f; ///< of a beam; no sensor here sees farther
 static const uint32_t OCCUPIED_BITS = 0x88888888u;
@@ -181,7 +182,7 @@ static bool is_end(const insertion_t *insertion, int ix, int iy) {
   return false;
 }
 
-/** Clear along one ray. Rays off the axis leave occupied cells alone: the cone's edge is weak
+/** Clear along one ray. Rays far off the axis leave occupied cells alone: the cone's edge is weak
  * evidence. Cells that are as free as can be, which most are, cost nothing more. */
 static void clear_ray(grid_t *grid, insertion_t *insertion, vec2_t to_cells, bool axis) {
   ray_t ray = ray_start(insertion->from_cells, to_cells);
@@ -215,8 +216,13 @@ static void clear_fan(grid_t *grid, insertion_t *insertion, float angle_rad, flo
   int rays = (int)geometry_clamp(half_cells + 1.0f, 1.0f, 8.0f);
   for (int i = 1; i <= rays; i++) {
     float off_rad = grid->cfg.fan_half_rad * (float)i / (float)rays;
-    clear_ray(grid, insertion, ray_end(grid, insertion, angle_rad + off_rad, side_m), false);
-    clear_ray(grid, insertion, ray_end(grid, insertion, angle_rad - off_rad, side_m), false);
+    bool inner = grid->sweeping && 2 * i <= rays;
+    float to_m = inner ? range_m - MERGED_M : side_m;
+    if (to_m <= 0.0f) {
+      continue;
+    }
+    clear_ray(grid, insertion, ray_end(grid, insertion, angle_rad + off_rad, to_m), inner);
+    clear_ray(grid, insertion, ray_end(grid, insertion, angle_rad - off_rad, to_m), inner);
   }
 }
 

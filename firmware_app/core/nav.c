@@ -10,6 +10,8 @@
 enum {
   CLEARANCE_ROWS_PER_TICK = 8,
   STRANGE_CELLS = 5, ///< with a wall so near, an echo is no surprise
+  STRANGE_BEAMS = 2, ///< at once: nobody stands on two sides
+  ASTRAY_SETS = 12,  ///< of these, more than of others
 };
 
 static const float MAPPING_HEIGHT_M = 0.2f; ///< lower, the beams see the floor
@@ -102,6 +104,7 @@ static bool map_slice(nav_t *nav) {
   if (!slam_take(&nav->slam, &frame, &map_pose)) {
     return false;
   }
+  nav->grid.sweeping = nav->mission.state == MISSION_HOVER && nav->cfg.watch_rad > 0.0f;
   grid_insert(&nav->grid, &frame, map_pose);
   clearance_mark(&nav->clearance, &nav->grid);
   return true;
@@ -118,6 +121,19 @@ static void report(nav_t *nav) {
   nav->status.task = (uint8_t)nav->mission.task;
 }
 
+/** Somebody has carried it elsewhere if again and again nothing is where the map has it. */
+static void doubt_place(nav_t *nav, int strange) {
+  mission_state_t state = nav->mission.state;
+  if (strange < STRANGE_BEAMS || state == MISSION_LAND || state == MISSION_TAKEOFF) {
+    nav->astray = (uint8_t)(nav->astray - (nav->astray > 0));
+  } else if (++nav->astray >= ASTRAY_SETS) {
+    nav->astray = 0;
+    nav_fault(nav, MISSION_LOST);
+    nav_lose(nav);
+    nav_apply(nav, MISSION_EV_RELOCALISE);
+  }
+}
+
 /** Look at a set for what comes by itself. A map that cannot be believed says nothing of it. At its
  * post the drone looks closely at all that the map does not explain. */
 static void watch_set(nav_t *nav, const scan_frame_t *frame) {
@@ -125,14 +141,19 @@ static void watch_set(nav_t *nav, const scan_frame_t *frame) {
   pose2_t pose = slam_to_map(&nav->slam, frame->pose);
   bool rests = nav->mission.state == MISSION_HOVER;
   bool map = nav->slam.enabled && !nav->mission.lost;
+  int strange = 0;
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     sincos_t way = geometry_sincos(pose.yaw_rad + scan_bearing_rad(beam));
     vec2_t reach_m = vec2_scale((vec2_t){way.cos, way.sin}, frame->range_m[beam]);
     vec2_t end_m = vec2_add(pose2_position(pose), reach_m);
     grid_echo_t echo = map ? grid_judge(&nav->grid, end_m, STRANGE_CELLS) : GRID_ECHO_UNTOLD;
+    strange += (frame->hit >> beam & 1) != 0 && echo == GRID_ECHO_STRANGE;
     judged[beam] = (uint8_t)(map && rests && echo == GRID_ECHO_UNTOLD ? GRID_ECHO_STRANGE : echo);
   }
   guard_watch(&nav->guard, &nav->cfg.guard, frame, judged);
+  if (map) {
+    doubt_place(nav, strange);
+  }
 }
 
 nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {

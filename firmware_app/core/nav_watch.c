@@ -83,6 +83,9 @@ static void watch_link(nav_t *nav) {
     nav->link_lost = false;
     return;
   }
+  if (nav->link_lost && nav->cfg.lost == NAV_LOST_HOME && nav->mission.state == MISSION_HOVER) {
+    nav_apply(nav, MISSION_EV_LAND); // there was no way home
+  }
   bool late = (float)(nav_now_ms(nav) - nav->link_seen_ms) > nav->cfg.lost_time_s * 1000.0f;
   if (!late || nav->link_lost || nav->cfg.lost == NAV_LOST_GO_ON ||
       nav->mission.state == MISSION_LAND) {

@@ -33,8 +33,8 @@ _AFTERWARDS: Final = {
 _ON_THE_WAY_S: Final = 7.0
 _BEGUN_S: Final = 3.0
 _PHASE_S: Final = 150.0
-_REST_S: Final = 4.0
-_WATCHED_S: Final = 120.0
+_REST_S: Final = 6.0
+_WATCHED_S: Final = 300.0
 _LANDING_S: Final = 20.0
 _RESTING: Final = (MissionState.IDLE, MissionState.HOVER, MissionState.FAULT)
 

@@ -7,9 +7,14 @@
 
 #include "ray.h"
 
-enum { APART_CELLS = 3 /* nearer to what lasts, a hit where it was free belongs to that */ };
+enum {
+  APART_CELLS = 3, ///< nearer to what lasts, a hit where it was free belongs to that
+  SWEPT = 2,       ///< rays to each side of a beam
+};
 
 static const float MERGED_M = 0.4f; ///< so far before its echo a sensor tells two things apart
+static const float SWEPT_M = 3.3f;  ///< without an echo
+static const float SWEPT_RAD = 0.02f;
 static const float FAR_CELLS = 1.0e5f;       ///< beyond, a position is not worth tracing
 static const float RANGE_MAX_CELLS = 512.0f; ///< of a beam; no sensor here sees farther
 static const uint32_t OCCUPIED_BITS = 0x88888888u;
@@ -182,7 +187,7 @@ static bool is_end(const insertion_t *insertion, int ix, int iy) {
   return false;
 }
 
-/** Clear along one ray. Rays far off the axis leave occupied cells alone: the cone's edge is weak
+/** Clear along one ray. Rays off the axis leave occupied cells alone: the cone's edge is weak
  * evidence. Cells that are as free as can be, which most are, cost nothing more. */
 static void clear_ray(grid_t *grid, insertion_t *insertion, vec2_t to_cells, bool axis) {
   ray_t ray = ray_start(insertion->from_cells, to_cells);
@@ -216,13 +221,23 @@ static void clear_fan(grid_t *grid, insertion_t *insertion, float angle_rad, flo
   int rays = (int)geometry_clamp(half_cells + 1.0f, 1.0f, 8.0f);
   for (int i = 1; i <= rays; i++) {
     float off_rad = grid->cfg.fan_half_rad * (float)i / (float)rays;
-    bool inner = grid->sweeping && 2 * i <= rays;
-    float to_m = inner ? range_m - MERGED_M : side_m;
-    if (to_m <= 0.0f) {
-      continue;
-    }
-    clear_ray(grid, insertion, ray_end(grid, insertion, angle_rad + off_rad, to_m), inner);
-    clear_ray(grid, insertion, ray_end(grid, insertion, angle_rad - off_rad, to_m), inner);
+    clear_ray(grid, insertion, ray_end(grid, insertion, angle_rad + off_rad, side_m), false);
+    clear_ray(grid, insertion, ray_end(grid, insertion, angle_rad - off_rad, side_m), false);
+  }
+}
+
+/** What little speaks for, and what is near nothing that lasts, goes where a beam looks past it. */
+static void sweep(grid_t *grid, insertion_t *insertion, float angle_rad, float to_m) {
+  for (int i = -SWEPT; i <= SWEPT && to_m > 0.0f; i++) {
+    float ray_rad = angle_rad + SWEPT_RAD * (float)i;
+    ray_t ray = ray_start(insertion->from_cells, ray_end(grid, insertion, ray_rad, to_m));
+    do {
+      vec2_t place_m = grid_centre_m(grid, (grid_cell_t){ray.ix, ray.iy});
+      if (grid_value(grid, ray.ix, ray.iy) >= GRID_OCCUPIED_MIN &&
+          grid_judge(grid, place_m, APART_CELLS) != GRID_ECHO_FAMILIAR) {
+        insertion->changed += add_miss(grid, ray.ix, ray.iy);
+      }
+    } while (ray_next(&ray));
   }
 }
 
@@ -250,7 +265,12 @@ int grid_insert(grid_t *grid, const scan_frame_t *frame, pose2_t map_pose) {
   }
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     if (has_beam(grid, frame, frame->hit | frame->clear, beam)) {
-      clear_fan(grid, &insertion, map_pose.yaw_rad + scan_bearing_rad(beam), frame->range_m[beam]);
+      float angle_rad = map_pose.yaw_rad + scan_bearing_rad(beam);
+      bool echo = (frame->hit >> beam & 1) != 0;
+      clear_fan(grid, &insertion, angle_rad, frame->range_m[beam]);
+      if (grid->sweeping) {
+        sweep(grid, &insertion, angle_rad, echo ? frame->range_m[beam] - MERGED_M : SWEPT_M);
+      }
     }
   }
   return insertion.changed;

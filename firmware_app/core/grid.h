@@ -70,7 +70,7 @@ typedef struct {
   float cells_per_m;
   uint16_t known;    ///< cells observed at least once
   uint8_t faded_set; ///< of the points, in the last step of fading
-  bool sweeping;     ///< beams sweep about: what one misses near its axis counts as well
+  bool sweeping;     ///< beams sweep about: what they miss counts beside their axes, and far away
 } grid_t;
 
 grid_config_t grid_config_default(void);

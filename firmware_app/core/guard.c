@@ -15,6 +15,8 @@ static const float WATCHED_M = 2.0f;   ///< farther away nothing is a comer
 static const float STEADY_RAD = 0.04f; ///< a set turned more against the one before tells no rate
 static const float SET_S = 0.3f;       ///< nor does one that comes later
 static const float COMING_MPS = 0.2f;  ///< slower than this is noise
+static const float STAYING_MPS = 0.1f; ///< slower than this for so long, it is as good as a wall,
+static const float STAYS_S = 3.0f;     ///< but that nobody goes nearer to it
 static const float RUNNING_MPS = 2.5f; ///< faster is another thing in the beam
 static const float SAME_M = 0.5f;      ///< so near to where it was met, it is the same comer
 static const float RESTLESS_M = 1.2f;
@@ -295,12 +297,13 @@ vec2_t guard_step(guard_t *guard, const guard_config_t *cfg, const float *range_
   if (guard_comer(guard, body, &offset_m)) {
     float distance_m = vec2_norm(offset_m) + 1.0e-3f;
     float near_m = too_near_m(guard, cfg, body, distance_m);
+    bool stays = guard->comer_mps < STAYING_MPS && seconds(body->time_ms, guard->met_ms) > STAYS_S;
     guard->away = vec2_scale(offset_m, -1.0f / distance_m);
-    if (near_m > 0.0f) {
+    if (near_m > 0.0f && !stays) {
       guard->status = GUARD_RETREAT;
       return give_way(guard, cfg, range_m, near_m);
     }
-    if (guard->comer_mps > COMING_MPS) {
+    if (guard->comer_mps > COMING_MPS || stays) {
       slowed = limit(cfg, vec2_scale(guard->away, -1.0f), -near_m, &velocity_mps) || slowed;
     }
   }

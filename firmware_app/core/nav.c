@@ -11,7 +11,7 @@ enum {
   CLEARANCE_ROWS_PER_TICK = 8,
   STRANGE_CELLS = 5, ///< with a wall so near, an echo is no surprise
   STRANGE_BEAMS = 2, ///< at once: nobody stands on two sides
-  ASTRAY_SETS = 12,  ///< of these, more than of others
+  ASTRAY = 25,       ///< strange echoes more than familiar ones, in sets in a row
 };
 
 static const float MAPPING_HEIGHT_M = 0.2f; ///< lower, the beams see the floor
@@ -121,12 +121,17 @@ static void report(nav_t *nav) {
   nav->status.task = (uint8_t)nav->mission.task;
 }
 
-/** Somebody has carried it elsewhere if again and again nothing is where the map has it. */
-static void doubt_place(nav_t *nav, int strange) {
+/** Somebody has carried it elsewhere if set after set more is strange than familiar. */
+static void doubt_place(nav_t *nav, const int *echoes) {
   mission_state_t state = nav->mission.state;
-  if (strange < STRANGE_BEAMS || state == MISSION_LAND || state == MISSION_TAKEOFF) {
+  int more = echoes[GRID_ECHO_STRANGE] - echoes[GRID_ECHO_FAMILIAR];
+  bool odd = echoes[GRID_ECHO_STRANGE] >= STRANGE_BEAMS && more > 0;
+  if (!odd || state == MISSION_LAND || state == MISSION_TAKEOFF) {
     nav->astray = (uint8_t)(nav->astray - (nav->astray > 0));
-  } else if (++nav->astray >= ASTRAY_SETS) {
+    return;
+  }
+  nav->astray = (uint8_t)(nav->astray + more);
+  if (nav->astray >= ASTRAY) {
     nav->astray = 0;
     nav_fault(nav, MISSION_LOST);
     nav_lose(nav);
@@ -141,18 +146,18 @@ static void watch_set(nav_t *nav, const scan_frame_t *frame) {
   pose2_t pose = slam_to_map(&nav->slam, frame->pose);
   bool rests = nav->mission.state == MISSION_HOVER;
   bool map = nav->slam.enabled && !nav->mission.lost;
-  int strange = 0;
+  int echoes[GRID_ECHO_STRANGE + 1] = {0, 0, 0};
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     sincos_t way = geometry_sincos(pose.yaw_rad + scan_bearing_rad(beam));
     vec2_t reach_m = vec2_scale((vec2_t){way.cos, way.sin}, frame->range_m[beam]);
     vec2_t end_m = vec2_add(pose2_position(pose), reach_m);
     grid_echo_t echo = map ? grid_judge(&nav->grid, end_m, STRANGE_CELLS) : GRID_ECHO_UNTOLD;
-    strange += (frame->hit >> beam & 1) != 0 && echo == GRID_ECHO_STRANGE;
+    echoes[echo] += frame->hit >> beam & 1;
     judged[beam] = (uint8_t)(map && rests && echo == GRID_ECHO_UNTOLD ? GRID_ECHO_STRANGE : echo);
   }
   guard_watch(&nav->guard, &nav->cfg.guard, frame, judged);
   if (map) {
-    doubt_place(nav, strange);
+    doubt_place(nav, echoes);
   }
 }
 

@@ -249,10 +249,11 @@ typedef struct {
   bool rolling;             ///< planning anew while still flying the old route's clear part
   float best_progress_m;    ///< along the route since it was made
   uint32_t state_since_ms;
+  uint32_t near_ms; ///< when it last gave way
   uint32_t link_seen_ms;
   uint32_t battery_good_ms;   ///< when the battery was last above the limit
   uint32_t estimate_good_ms;  ///< when odometry and flow were last usable
-  uint8_t astray;             ///< how often of late the map told nothing of what is seen
+  uint8_t astray;             ///< how much of late was not where the map has it
   uint8_t silent[SCAN_BEAMS]; ///< sets in a row without an answer, while flying or looking around
   bool link_lost;             ///< the policy has acted
   bool battery_low;           ///< likewise

@@ -12,15 +12,17 @@ enum {
 static const float NOTHING_M = 100.0f;
 static const float NEVER_S = 1000.0f;
 static const float WATCHED_M = 2.0f;   ///< farther away nothing is a comer
+static const float UNTOLD_M = 0.9f;    ///< nor what the map merely does not explain
 static const float STEADY_RAD = 0.04f; ///< a set turned more against the one before tells no rate
 static const float SET_S = 0.3f;       ///< nor does one that comes later
 static const float COMING_MPS = 0.2f;  ///< slower than this is noise
 static const float STAYING_MPS = 0.1f; ///< slower than this for so long, it is as good as a wall,
 static const float STAYS_S = 3.0f;     ///< but that nobody goes nearer to it
+static const float MOVED_M = 0.3f;     ///< farther from where it was met, it does not stay
 static const float RUNNING_MPS = 2.5f; ///< faster is another thing in the beam
 static const float SAME_M = 0.5f;      ///< so near to where it was met, it is the same comer
 static const float RESTLESS_M = 1.2f;
-static const float JUMP_M = 0.2f; ///< from a set to the next
+static const float JUMP_M = 0.2f;      ///< from a set to the next
 static const float SLIP_GAIN = 0.3f;   ///< a set's share
 static const float AHEAD_S = 0.5f;     ///< so long it is thought to go on coming
 static const float STANDING = 0.6f;    ///< of the distance, kept from one that stands still
@@ -175,31 +177,43 @@ static void note_jump(guard_t *guard, int beam, float range_m) {
 
 /** A comer's echo: the same comer goes on, or another one is nearer. How fast it comes is told by a
  * beam that is held on it. */
-static void meet(guard_t *guard, const scan_frame_t *frame, vec2_t echo_m) {
+static void meet(guard_t *guard, const scan_frame_t *frame, vec2_t echo_m, bool untold) {
   vec2_t here = pose2_position(frame->pose);
   float elapsed_s = guard->met ? seconds(frame->time_ms, guard->comer_ms) : NEVER_S;
   float nearer_m = vec2_distance(guard->comer_m, here) - vec2_distance(echo_m, here);
   bool known = elapsed_s < GUARD_REMEMBERED_S;
   bool same = known && vec2_distance(guard->comer_m, echo_m) < SAME_M;
-  if (known && !same && nearer_m < 0.0f) {
+  bool less = untold && !guard->untold;
+  if (known && !same && (nearer_m < 0.0f || less)) {
     return;
   }
+  guard->untold = untold && (!same || guard->untold);
   if (!same) {
     guard->comer_mps = 0.0f;
     guard->way = -1;
     guard->met = true;
-    guard->met_ms = frame->time_ms;
   } else if (elapsed_s > 0.0f && elapsed_s < AHEAD_S && steady(guard, frame)) {
     float mps = geometry_clamp(nearer_m / elapsed_s, -RUNNING_MPS, RUNNING_MPS);
     guard->comer_mps += 0.5f * (mps - guard->comer_mps);
+  }
+  if (!same || vec2_distance(guard->met_m, echo_m) > MOVED_M) {
+    guard->met_ms = frame->time_ms;
+    guard->met_m = echo_m;
   }
   guard->comer_m = echo_m;
   guard->comer_ms = frame->time_ms;
 }
 
+/** How a beam's echo looks: 2 a comer, 1 near and not explained by the map, 0 nothing of note. */
+static int note_of(int judged, int sets, float range_m) {
+  bool comes = judged == GRID_ECHO_STRANGE || (judged == GRID_ECHO_UNTOLD && sets >= COMING_SETS);
+  return comes ? 2 : judged == GRID_ECHO_UNTOLD && range_m < UNTOLD_M;
+}
+
 void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *frame,
                  const uint8_t *judged) {
   int nearest = -1;
+  int most = 0;
   bool tells = steady(guard, frame);
   if (tells) {
     note_slip(guard, frame);
@@ -212,15 +226,15 @@ void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *
     guard->coming[beam] = (uint8_t)(sets < COMING_SETS ? sets : COMING_SETS);
     note_jump(guard, beam, near ? range_m : 0.0f);
     guard->seen_m[beam] = near ? range_m : 0.0f;
-    bool comer = judged[beam] == GRID_ECHO_STRANGE ||
-                 (judged[beam] == GRID_ECHO_UNTOLD && sets >= COMING_SETS);
-    if (near && comer && (nearest < 0 || range_m < frame->range_m[nearest])) {
+    int note = near ? note_of(judged[beam], sets, range_m) : 0;
+    if (note > most || (note == most && note > 0 && range_m < frame->range_m[nearest])) {
       nearest = beam;
+      most = note;
     }
   }
   if (nearest >= 0 && cfg->yield_m > 0.0f) {
     vec2_t offset_m = vec2_scale(beam_direction(nearest), frame->range_m[nearest]);
-    meet(guard, frame, pose2_apply(frame->pose, offset_m));
+    meet(guard, frame, pose2_apply(frame->pose, offset_m), most == 1);
   }
   guard->seen_from = frame->pose;
   guard->seen_ms = frame->time_ms;
@@ -294,17 +308,22 @@ vec2_t guard_step(guard_t *guard, const guard_config_t *cfg, const float *range_
   vec2_t velocity_mps = wanted_mps;
   bool slowed = slow_down(cfg, range_m, cfg->stop_m, &velocity_mps);
   vec2_t offset_m;
+  vec2_t towards = {0.0f, 0.0f};
+  float room_m = 0.0f;
   if (guard_comer(guard, body, &offset_m)) {
     float distance_m = vec2_norm(offset_m) + 1.0e-3f;
     float near_m = too_near_m(guard, cfg, body, distance_m);
-    bool stays = guard->comer_mps < STAYING_MPS && seconds(body->time_ms, guard->met_ms) > STAYS_S;
-    guard->away = vec2_scale(offset_m, -1.0f / distance_m);
+    float met_s = seconds(body->time_ms, guard->met_ms);
+    bool stays = guard->untold || (guard->comer_mps < STAYING_MPS && met_s > STAYS_S);
+    towards = vec2_scale(offset_m, 1.0f / distance_m);
+    guard->away = vec2_scale(towards, -1.0f);
+    room_m = -near_m;
     if (near_m > 0.0f && !stays) {
       guard->status = GUARD_RETREAT;
       return give_way(guard, cfg, range_m, near_m);
     }
     if (guard->comer_mps > COMING_MPS || stays) {
-      slowed = limit(cfg, vec2_scale(guard->away, -1.0f), -near_m, &velocity_mps) || slowed;
+      slowed = limit(cfg, towards, room_m, &velocity_mps) || slowed;
     }
   }
   float bound_m = guard->status == GUARD_RETREAT ? cfg->release_m : cfg->retreat_m;
@@ -312,6 +331,7 @@ vec2_t guard_step(guard_t *guard, const guard_config_t *cfg, const float *range_
     guard->status = GUARD_RETREAT;
     guard->away = away_from_near(range_m, cfg->release_m);
     vec2_t retreat_mps = vec2_scale(guard->away, cfg->retreat_mps);
+    limit(cfg, towards, room_m, &retreat_mps);
     slow_down(cfg, range_m, cfg->stop_m, &retreat_mps);
     return retreat_mps;
   }

@@ -39,13 +39,15 @@ typedef struct {
   float seen_m[SCAN_BEAMS]; ///< level ranges, 0 where nothing near
   pose2_t seen_from;
   uint32_t seen_ms;
-  uint8_t coming[SCAN_BEAMS]; ///< sets in a row in which a beam's echo came by itself
+  uint8_t coming[SCAN_BEAMS];   ///< sets in a row in which a beam's echo came by itself
   uint8_t restless[SCAN_BEAMS]; ///< how often a beam's near echo has jumped lately
   vec2_t slip_mps; ///< odometry is so much faster than the body by its echoes, odometry frame
   // the comer
   bool met;
+  bool untold;       ///< it may be a wall that is not drawn yet: kept off, not given way to
   int8_t way;        ///< beam along which it gives way, or -1
-  uint32_t met_ms;   ///< when it was met first
+  uint32_t met_ms;   ///< when it was met first, or has moved on
+  vec2_t met_m;      ///< where that was
   uint32_t comer_ms; ///< and last
   vec2_t comer_m;    ///< where, odometry frame
   float comer_mps;   ///< how fast it comes

@@ -243,14 +243,14 @@ static vec2_t past_guard(nav_t *nav, vec2_t wanted_mps) {
 }
 
 /** Turn so that a beam stays on what comes, for between two beams it is not seen: until it is
- * judged, and then as long as it comes. */
+ * judged, and then as long as it comes or is given way to. */
 static float face_comer(const nav_t *nav, float yaw_rate_rps) {
   vec2_t offset_m;
   const guard_t *guard = &nav->guard;
   if (!guard_comer(guard, &nav->input.odometry, &offset_m)) {
     return yaw_rate_rps;
   }
-  bool judged = nav_now_ms(nav) - guard->met_ms > JUDGED_MS;
+  bool judged = nav->mission.state != MISSION_AVOID && nav_now_ms(nav) - guard->met_ms > JUDGED_MS;
   bool far = vec2_norm(offset_m) - guard->comer_mps * FACED_S > nav->cfg.guard.yield_m + FACED_M;
   if (judged && (far || guard->comer_mps < FACED_MPS)) {
     return yaw_rate_rps;

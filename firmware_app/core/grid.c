@@ -227,7 +227,8 @@ static void clear_fan(grid_t *grid, insertion_t *insertion, float angle_rad, flo
 }
 
 /** What little speaks for, and what is near nothing that lasts, goes where a beam looks past it. */
-static void sweep(grid_t *grid, insertion_t *insertion, float angle_rad, float to_m) {
+__attribute__((noinline)) static void sweep(grid_t *grid, insertion_t *insertion, float angle_rad,
+                                            float to_m) {
   for (int i = -SWEPT; i <= SWEPT && to_m > 0.0f; i++) {
     float ray_rad = angle_rad + SWEPT_RAD * (float)i;
     ray_t ray = ray_start(insertion->from_cells, ray_end(grid, insertion, ray_rad, to_m));

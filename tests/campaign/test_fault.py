@@ -3,6 +3,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from ground.core import MissionReason, MissionState
 from ground.sim.campaign.fault import cause_of, cells, stated_reaction
 from ground.sim.campaign.flights import Mission, row_of
@@ -38,3 +40,22 @@ def test_a_row_tells_what_followed() -> None:
     row = row_of(Mission("fault", 2, number))
     assert row.task == "flow-lost / hover"
     assert (row.outcome, row.reason, row.cause) == ("idle", "FLOW_LOST", "")
+
+
+@pytest.mark.parametrize(
+    ("fault", "phase", "seed", "says"),
+    [
+        ("estimate-diverges", "takeoff", 52, "ESTIMATOR"),
+        ("estimate-diverges", "scan", 53, "ESTIMATOR"),
+        ("estimate-diverges", "return", 52, "ESTIMATOR"),
+        ("ranges-short", "hover", 201, "BLIND"),
+        ("left-short", "ground", 201, "BLIND"),
+        ("front-short", "follow", 201, "BLIND"),
+    ],
+)
+def test_what_cannot_be_believed_lands_it_and_touches_nothing(
+    fault: str, phase: str, seed: int, says: str
+) -> None:
+    row = row_of(Mission("fault", seed, cells().index((fault, phase))))
+    assert (row.cause, row.touches, row.outcome) == ("", 0, "idle")
+    assert says in row.reason

@@ -135,3 +135,20 @@ def test_an_echo_is_judged_by_what_is_known_around_it() -> None:
     assert lib.grid_judge(room.grid, end, 5) == lib.GRID_ECHO_STRANGE
     room.look(BODY_M, 30.0)
     assert lib.grid_judge(room.grid, end, 5) == lib.GRID_ECHO_FAMILIAR
+
+
+def test_beams_that_sweep_clear_who_has_gone_but_no_wall() -> None:
+    grid = new_grid()
+    for iy, hits in [*((iy, 4) for iy in range(34, 50)), (64, 1)]:  # a wall, somebody alone
+        cell = ffi.new("grid_cell_t *", (BODY[0], iy))[0]
+        for _ in range(hits):
+            lib.grid_points_add(grid, cell, lib.grid_centre_m(grid, cell), False)
+        lib.grid_set_value(grid, cell.ix, cell.iy, 10)
+    before = values(grid).copy()
+    for sweeping in (False, True):
+        grid.sweeping = sweeping
+        for step in range(200):
+            here = pose(0.025, 0.025, 0.75 * math.sin(0.1 * step))
+            lib.grid_insert(grid, frame({}, {lib.SCAN_FRONT: 0.5}), here)
+        gone = (before >= 8) & (values(grid) < 8)
+        assert np.argwhere(gone).tolist() == [[64, BODY[0]]] * sweeping

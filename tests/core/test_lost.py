@@ -130,6 +130,24 @@ def test_a_tumble_makes_it_doubt_its_pose(explored: bytes) -> None:
     assert flight.state == FAULT and flight.nav.mission.lost
 
 
+@pytest.mark.parametrize("place", PLACES[:2])
+def test_carried_elsewhere_in_flight_it_notices_and_reaches_its_goal(
+    explored: bytes, place: tuple[float, float, float]
+) -> None:
+    flight = again(explored)
+    assert flight.command(lib.MISSION_CMD_TAKE_OFF) == lib.MISSION_OK
+    assert flight.run_until(HOVER) == HOVER
+    flight.run_for(5.0)
+    assert not flight.nav.mission.lost
+    flight.carry(*place)
+    assert flight.command(GOTO, 0.3, -0.2) == lib.MISSION_OK
+    assert flight.run_until(RELOCALISE, most_s=30.0) == RELOCALISE
+    assert flight.fault == lib.MISSION_LOST
+    assert flight.run_until(HOVER, LAND, most_s=120.0) == HOVER
+    assert off_m(flight) < 0.2
+    assert flight.distance_m(0.3, -0.2) < 0.3
+
+
 def test_standing_on_the_ground_it_does_not_lose_itself(explored: bytes) -> None:
     flight = again(explored)
     flight.run_for(5.0)

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What nav does when something is wrong: link, battery, sensors, values, events."""
 
+import math
+
 import pytest
 
 from ground.core import lib
 from tests.core.maps import raw_bytes
-from tests.core.room import READY, Flight, hovering, new_config
+from tests.core.room import READY, TWO_ROOMS, Flight, hovering, new_config
 
 IDLE, HOVER, FAULT, LAND = (
     lib.MISSION_IDLE,
@@ -133,3 +135,47 @@ def test_events_that_nobody_took_leave_a_gap_in_the_sequence() -> None:
     assert flight.nav.event_count == lib.NAV_EVENTS
     first = flight.nav.events[flight.nav.event_first].sequence
     assert first == flight.nav.event_sequence - lib.NAV_EVENTS
+
+
+def test_unsure_of_its_motion_it_stands_and_then_lands() -> None:
+    flight = hovering()
+    flight.command(GOTO, 1.4, 1.4)
+    assert flight.run_until(lib.MISSION_FOLLOW) == lib.MISSION_FOLLOW
+    flight.run_for(1.0)
+    flight.flags &= ~lib.NAV_ESTIMATOR_SETTLED
+    for _ in range(40):
+        setpoint = flight.step()
+        assert setpoint.yaw_rate_rps == 0.0
+    assert math.hypot(*flight.velocity) < 0.1
+    assert flight.run_until(IDLE, most_s=10.0) == IDLE
+    assert flight.fault == lib.MISSION_ESTIMATOR
+
+
+def test_a_hand_that_never_lets_it_rest_makes_it_land() -> None:
+    flight = hovering()
+    walls, states = list(flight.walls), set()
+    for _ in range(200):
+        x, y = flight.x_m + 0.25 * math.cos(flight.yaw_rad), flight.y_m
+        y += 0.25 * math.sin(flight.yaw_rad)
+        flight.walls = [
+            *walls,
+            (x - 0.1, y - 0.1, x + 0.1, y + 0.1),
+            (x - 0.1, y + 0.1, x + 0.1, y - 0.1),
+        ]
+        flight.run_for(1.0)
+        states.add(flight.state)
+        if flight.state == IDLE:
+            break
+    assert {lib.MISSION_AVOID, IDLE} <= states
+    assert flight.fault == lib.MISSION_STUCK
+
+
+def test_with_nobody_listening_and_no_way_home_it_lands() -> None:
+    flight = hovering(TWO_ROOMS)
+    flight.command(GOTO, 1.8, 0.0)
+    flight.step()
+    assert flight.run_until(HOVER) == HOVER
+    flight.walls.append((0.8, 1.1, 0.8, 2.0))
+    flight.flags &= ~lib.NAV_LINK_ALIVE
+    assert flight.run_until(IDLE, most_s=200.0) == IDLE
+    assert flight.distance_m(0.0, 0.0) > 0.8

@@ -57,6 +57,7 @@ _FINDS_ITSELF: Final = Reaction("finds itself again and goes on, or lands")
 _REACTIONS: Final = {
     "ranges-frozen": _LANDS,
     "ranges-dead": _LANDS,
+    "ranges-short": _LANDS,
     "ranger-gone": _LANDS,
     "flow-gone": _LANDS,
     "flow-lost": _LANDS,

@@ -6,6 +6,7 @@
 
 enum {
   COMING_SETS = 3, ///< in a row: no noise comes nearer so often
+  DOUBTED = 8,     ///< so restless, a beam tells of no comer
   JUMP_SETS = 2,   ///< a jump counts as much as so many sets without
 };
 
@@ -118,7 +119,8 @@ static float seconds(uint32_t now_ms, uint32_t then_ms) {
 
 static bool steady(const guard_t *guard, const scan_frame_t *frame) {
   float turned_rad = geometry_wrap_rad(frame->pose.yaw_rad - guard->seen_from.yaw_rad);
-  return fabsf(turned_rad) < STEADY_RAD && seconds(frame->time_ms, guard->seen_ms) < SET_S;
+  float elapsed_s = seconds(frame->time_ms, guard->seen_ms);
+  return fabsf(turned_rad) < STEADY_RAD && elapsed_s > 0.0f && elapsed_s < SET_S;
 }
 
 /** Does a beam's echo come nearer, faster than the body's own motion explains, walls at 45 degrees
@@ -226,7 +228,8 @@ void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *
     guard->coming[beam] = (uint8_t)(sets < COMING_SETS ? sets : COMING_SETS);
     note_jump(guard, beam, near ? range_m : 0.0f);
     guard->seen_m[beam] = near ? range_m : 0.0f;
-    int note = near ? note_of(judged[beam], sets, range_m) : 0;
+    bool believed = near && guard->restless[beam] < DOUBTED;
+    int note = believed ? note_of(judged[beam], sets, range_m) : 0;
     if (note > most || (note == most && note > 0 && range_m < frame->range_m[nearest])) {
       nearest = beam;
       most = note;
@@ -241,7 +244,7 @@ void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *
 }
 
 vec2_t guard_slip(const guard_t *guard, float yaw_rad) {
-  return vec2_rotate(guard->slip_mps, -yaw_rad);
+  return vec2_limit(vec2_rotate(guard->slip_mps, -yaw_rad), GUARD_SLIP_MPS);
 }
 
 bool guard_comer(const guard_t *guard, const scan_odometry_t *body, vec2_t *offset_m) {

@@ -15,6 +15,7 @@
 #include "scan.h"
 
 #define GUARD_REMEMBERED_S 1.5f ///< a comer that no beam meets
+#define GUARD_SLIP_MPS     1.0f ///< more is not made up for
 enum { GUARD_RESTLESS = 20 /* of jumps, and the beam is not believed */ };
 
 typedef enum { GUARD_CLEAR, GUARD_SLOW, GUARD_STOP, GUARD_RETREAT } guard_status_t;

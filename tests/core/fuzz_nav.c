@@ -100,6 +100,9 @@ static bool sane(const nav_t *nav, const nav_setpoint_t *setpoint) {
   float yield_mps = nav->cfg.guard.yield_mps;
   float most_mps =
       nav->cfg.follower.speed_mps > yield_mps ? nav->cfg.follower.speed_mps : yield_mps;
+  if (nav->estimate_good_ms != nav->input.odometry.time_ms) {
+    most_mps += GUARD_SLIP_MPS;
+  }
   return geometry_is_finite(setpoint->height_m) && geometry_is_finite(setpoint->yaw_rate_rps) &&
          fabsf(setpoint->yaw_rate_rps) < 4.0f && setpoint->height_m >= 0.0f &&
          speed_mps <= most_mps * 1.001f &&

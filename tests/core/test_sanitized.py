@@ -10,7 +10,7 @@ from ground.core import lib
 from tests.tools.objects import CORE, HOST
 
 TICKS = 30_000
-SEEDS = range(6)
+SEEDS = range(16)
 SANITIZERS = (
     "-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero",
     "-fno-sanitize-recover=all",

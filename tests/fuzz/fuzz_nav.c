@@ -35,7 +35,8 @@ static void check_setpoint(const nav_t *nav, const nav_setpoint_t *setpoint) {
       fmaxf(fmaxf(cfg->yaw_rate_max_rps, fabsf(cfg->turn_rate_rps)), nav->cfg.scan_rate_rps);
   REQUIRE(setpoint->motors == mission_airborne(nav->mission.state));
   REQUIRE(finite2(setpoint->velocity_body_mps));
-  float most_mps = fmaxf(cfg->speed_mps, nav->cfg.guard.yield_mps);
+  bool unsure = nav->estimate_good_ms != nav->input.odometry.time_ms;
+  float most_mps = fmaxf(cfg->speed_mps, nav->cfg.guard.yield_mps) + (unsure ? GUARD_SLIP_MPS : 0);
   REQUIRE(vec2_norm(setpoint->velocity_body_mps) <= most_mps * ROUNDING);
   REQUIRE(fabsf(setpoint->yaw_rate_rps) <= rate_rps * ROUNDING);
   REQUIRE(setpoint->height_m >= 0.0f && setpoint->height_m <= HEIGHT_MAX_M);

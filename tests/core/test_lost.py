@@ -100,9 +100,9 @@ def test_home_is_where_it_took_off_though_it_did_not_know_where_that_was(explore
 
 def test_in_a_place_that_is_not_in_its_map_it_lands_and_says_so(explored: bytes) -> None:
     flight = again(explored)
-    before = cells(flight)
     flight.walls = EMPTY_PLACE
     carried(flight, (0.1, -0.2, 0.5))
+    before = cells(flight)
     assert flight.command(GOTO, 0.5, 0.3) == lib.MISSION_OK
     assert flight.run_until(LAND, HOVER, FAULT) == LAND
     assert flight.run_until(IDLE) == IDLE

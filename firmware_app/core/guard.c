@@ -13,7 +13,7 @@ enum {
 static const float NOTHING_M = 100.0f;
 static const float NEVER_S = 1000.0f;
 static const float WATCHED_M = 2.0f;   ///< farther away nothing is a comer
-static const float UNTOLD_M = 0.9f;    ///< nor what the map merely does not explain
+static const float UNTOLD_M = 0.75f;   ///< nor what the map merely does not explain
 static const float STEADY_RAD = 0.04f; ///< a set turned more against the one before tells no rate
 static const float SET_S = 0.3f;       ///< nor does one that comes later
 static const float COMING_MPS = 0.2f;  ///< slower than this is noise

@@ -35,6 +35,7 @@ static const float WATCH_RPS = 1.3f; ///< while it looks to and fro
 static const float SPIN_GAIN_PER_S = 2.0f;
 static const float SPUN_RAD = 0.05f; ///< so near to its end a spin is over
 static const uint32_t STEP_TIMEOUT_MS = 8000u;
+static const uint32_t CALM_MS = 1000u; ///< after a retreat, before it goes on
 static const uint32_t STALL_MS = 10000u;
 static const uint32_t RETRY_MS = 3000u;
 
@@ -87,9 +88,11 @@ static follower_command_t spin(nav_t *nav) {
 }
 
 /** Too many looks and retreats without getting on: give up, say so, hold; exploring, it flies
- * elsewhere. Retreats that follow each other at once are one. @return false if it gave up */
+ * elsewhere; with nothing to do but to give way, it lands. Retreats that follow each other at once
+ * are one. @return false if it gave up */
 static bool keep_trying(nav_t *nav, uint8_t weight) {
-  if (nav->mission.task == MISSION_TASK_NONE || nav->mission.task == MISSION_TASK_EXPLORE ||
+  bool idle = nav->mission.task == MISSION_TASK_NONE;
+  if (nav->mission.task == MISSION_TASK_EXPLORE ||
       nav_now_ms(nav) - nav->plan.stalled_ms < RETRY_MS) {
     return true;
   }
@@ -101,9 +104,10 @@ static bool keep_trying(nav_t *nav, uint8_t weight) {
   if (nav_skip_waypoint(nav, MISSION_STUCK)) {
     return true;
   }
+  nav->plan.stalls = 0;
   nav_emit(nav, WIRE_EVENT_REFUSED, MISSION_STUCK, pose2_position(nav->pose));
   nav->mission.fault = MISSION_STUCK;
-  nav_apply(nav, MISSION_EV_HOLD);
+  nav_apply(nav, idle ? MISSION_EV_LAND : MISSION_EV_HOLD);
   return false;
 }
 
@@ -235,9 +239,16 @@ static vec2_t past_guard(nav_t *nav, vec2_t wanted_mps) {
     nav_apply(nav, MISSION_EV_LAND);
   } else if (nav->guard.status == GUARD_RETREAT) {
     nav_apply(nav, MISSION_EV_NEAR);
-  } else if (nav->mission.state == MISSION_AVOID) {
+    nav->near_ms = nav_now_ms(nav);
+    if (nav->mission.state == MISSION_AVOID && waited(nav, STALL_MS)) {
+      nav->state_since_ms = nav_now_ms(nav);
+      keep_trying(nav, LOOK_STALLS);
+    }
+  } else if (nav->mission.state == MISSION_AVOID && nav_now_ms(nav) - nav->near_ms > CALM_MS) {
     keep_trying(nav, 1);
     nav_apply(nav, MISSION_EV_CLEAR);
+  } else if (nav->mission.state == MISSION_HOVER && waited(nav, STALL_MS)) {
+    nav->plan.stalls = 0;
   }
   return allowed_mps;
 }

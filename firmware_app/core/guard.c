@@ -208,8 +208,8 @@ static void meet(guard_t *guard, const scan_frame_t *frame, vec2_t echo_m, bool 
 
 /** How a beam's echo looks: 2 a comer, 1 near and not explained by the map, 0 nothing of note. */
 static int note_of(int judged, int sets, float range_m) {
-  bool comes = judged == GRID_ECHO_STRANGE || (judged == GRID_ECHO_UNTOLD && sets >= COMING_SETS);
-  return comes ? 2 : judged == GRID_ECHO_UNTOLD && range_m < UNTOLD_M;
+  bool comer = judged == GRID_ECHO_STRANGE || (judged == GRID_ECHO_UNTOLD && sets >= COMING_SETS);
+  return comer ? 2 : judged == GRID_ECHO_UNTOLD && range_m < UNTOLD_M;
 }
 
 void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *frame,

@@ -23,12 +23,13 @@ void mapstream_init(mapstream_t *stream) {
 
 /** The next changed tile after the cursor, -1 if none. */
 static int changed_tile(const mapstream_t *stream, const grid_t *grid) {
-  for (int i = 1; i <= GRID_TILES; i++) {
-    int tile = (stream->cursor + i) % GRID_TILES;
+  uint8_t tile = stream->cursor;
+  do {
+    tile++;
     if ((grid->changed_tiles[tile / 32] >> (tile % 32) & 1u) != 0u) {
       return tile;
     }
-  }
+  } while (tile != stream->cursor);
   return -1;
 }
 
@@ -52,6 +53,7 @@ static uint32_t row_of(const grid_t *grid, int tile, int row) {
 }
 
 _Static_assert(GRID_TILE_SIDE_CELLS == 8, "a row of a tile is a word of the grid");
+_Static_assert(GRID_TILES == 256, "the number of a tile is a byte and wraps with the grid");
 
 /** All cells unknown, or all free. @return the state, -1 if it is neither */
 static int plain(const grid_t *grid, int tile) {
@@ -70,9 +72,12 @@ static int plain(const grid_t *grid, int tile) {
 
 static void fill(const grid_t *grid, wire_tile_t *tile) {
   memset(tile->eighths, WIRE_NO_POINT, sizeof tile->eighths);
-  for (int i = 0; i < WIRE_MAP_CELLS; i++) {
-    uint32_t row = row_of(grid, tile->tile, i / GRID_TILE_SIDE_CELLS);
-    uint32_t value = row >> (i % GRID_TILE_SIDE_CELLS * 4) & 15u;
+  uint32_t row = 0;
+  for (int i = 0; i < WIRE_MAP_CELLS; i++, row >>= 4) {
+    if (i % GRID_TILE_SIDE_CELLS == 0) {
+      row = row_of(grid, tile->tile, i / GRID_TILE_SIDE_CELLS);
+    }
+    uint32_t value = row & 15u;
     tile->states[i] = value >= GRID_OCCUPIED_MIN ? GRID_CELL_OCCUPIED : value > 0u;
     if (value >= GRID_OCCUPIED_MIN) {
       grid_cell_t at = cell_of(tile->tile, i);
@@ -83,36 +88,37 @@ static void fill(const grid_t *grid, wire_tile_t *tile) {
 }
 
 /** @return work that it took, 0 if the tile does not fit */
-static int add(const grid_t *grid, wire_map_t *map, wire_tile_t *tile) {
-  int state = plain(grid, tile->tile);
+static int add(const grid_t *grid, wire_map_t *map, uint8_t first_point) {
+  int state = plain(grid, map->tile);
   if (state >= 0) {
     return wire_map_add_plain(map, (uint8_t)state) ? 1 : 0;
   }
-  fill(grid, tile);
-  return wire_map_add(map, tile) ? MIXED_WORK : 0;
+  wire_tile_t tile;
+  tile.tile = map->tile;
+  tile.first_point = first_point;
+  fill(grid, &tile);
+  return wire_map_add(map, &tile) ? MIXED_WORK : 0;
 }
 
 void mapstream_next(mapstream_t *stream, grid_t *grid, uint8_t epoch, uint8_t *bytes) {
   bool sweeps;
   wire_map_t map;
-  wire_tile_t tile;
-  tile.tile = (uint8_t)choose_tile(stream, grid, &sweeps);
-  tile.first_point = (uint8_t)(stream->dice >> 8);
-  wire_map_begin(&map, tile.tile, epoch);
+  uint8_t first = (uint8_t)choose_tile(stream, grid, &sweeps);
+  wire_map_begin(&map, first, epoch);
   for (int done = 0, work = 0; done < WORK_MAX; done += work) {
-    work = add(grid, &map, &tile);
+    uint8_t tile = map.tile;
+    work = add(grid, &map, (uint8_t)(stream->dice >> 8));
     if (work == 0) {
       break;
     }
-    grid->changed_tiles[tile.tile / 32] &= ~(1u << (tile.tile % 32));
-    tile.tile++;
+    grid->changed_tiles[tile / 32] &= ~(1u << (tile % 32));
   }
   wire_map_end(&map);
   if (sweeps) {
     bool again = stream->sweep == 0u && stream->dice >= 0x8000u;
-    stream->sweep = again ? 0u : tile.tile;
+    stream->sweep = again ? 0u : map.tile;
   } else {
-    stream->cursor = (uint8_t)(tile.tile - 1u);
+    stream->cursor = (uint8_t)(map.tile - 1u);
   }
   memcpy(bytes, map.bytes, WIRE_MAP_BYTES);
 }

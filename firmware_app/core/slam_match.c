@@ -98,8 +98,10 @@ __attribute__((noinline)) static void straighten(const grid_t *grid, vec2_t end_
   float fade2 = FADE_M * FADE_M * grid->cells_per_m * grid->cells_per_m;
   float weight = 0.0f;
   float sum = 0.0f;
-  for (float along = -reach; along <= reach; along += 3.0f) {
-    for (float aside = across - 1.0f; aside < across + 1.5f; aside += 1.0f) {
+  float along = -reach;
+  for (int steps = (int)(2.0f * reach / 3.0f); steps >= 0; steps--) {
+    float aside = across - 1.0f;
+    for (int row = 0; row < 3; row++) {
       vec2_t off = {aside * wall->normal.x - along * wall->normal.y,
                     aside * wall->normal.y + along * wall->normal.x};
       vec2_t at = vec2_add(end_cells, off);
@@ -111,7 +113,9 @@ __attribute__((noinline)) static void straighten(const grid_t *grid, vec2_t end_
         weight += w;
         sum += w * found;
       }
+      aside += 1.0f;
     }
+    along += 3.0f;
   }
   if (weight > 0.0f) {
     float shift_m = (sum / weight - across) * grid->cell_m;

@@ -255,7 +255,7 @@ void wire_map_end(wire_map_t *map) {
     put(map, KIND_BITS, END);
   }
   uint16_t check = check_of(map->bytes);
-  map->bytes[TAG_WORD] |= (uint8_t)(check << 2 & 0xFFu);
+  map->bytes[TAG_WORD] |= (uint8_t)((unsigned)check << 2);
   map->bytes[TAG_WORD + 1] = (uint8_t)(check >> 6);
 }
 

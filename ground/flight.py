@@ -97,7 +97,7 @@ class Watch:
         if state is not _END_STATES[self._cmd] or self._cmd is MissionCmd.GOTO:
             return None
         if self._cmd is MissionCmd.EXPLORE and not self._explored:
-            return Outcome(False, "it landed before everything was explored")
+            return None  # that everything is explored may have been lost, and come yet
         return Outcome(True, "done")
 
     def _judge_telemetry(self, telemetry: Telemetry) -> Outcome | None:
@@ -119,8 +119,14 @@ class Watch:
         if ended and self._is_there(telemetry):
             return Outcome(True, "done", place=Point(telemetry.pose.x_m, telemetry.pose.y_m))
         reason = telemetry.fault
-        words = REASON_WORDS[reason] if reason else "something else stopped it on the way"
-        return Outcome(False, words, reason)
+        return Outcome(False, REASON_WORDS[reason] if reason else self._unknown, reason)
+
+    @property
+    def _unknown(self) -> str:
+        """What is said of an end that nothing explains."""
+        if self._cmd is MissionCmd.EXPLORE:
+            return "it landed before everything was explored"
+        return "something else stopped it on the way"
 
     def _is_there(self, telemetry: Telemetry) -> bool:
         if self._cmd is MissionCmd.EXPLORE:
@@ -135,7 +141,7 @@ class Watch:
 async def fly(station: Station, cmd: MissionCmd, goal: Point | None = None) -> Outcome:
     """Command and wait until it is done, refused or has failed. Raises LinkLost, NoAnswer."""
     watch = Watch(cmd, goal, station.picture.drone_ms)
-    with station.listen() as listener:
+    with station.listen(Event, Telemetry) as listener:
         try:
             await station.command(cmd, goal)
         except CommandRefused as refusal:

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 NUMBERS = 1 << 16
-ASKED_MAX = 8
 ASK_EVERY_MS = 250  # an answer takes some tens of milliseconds
+SELDOMER_MAX = 8  # each time it waits longer, up to so many times that
 
 
 class Gaps:
@@ -46,20 +46,23 @@ class Gaps:
 
     def ask(self, now_ms: float) -> tuple[int, int] | None:
         """First number and count of what to ask for now."""
-        due = [n for n, (_, asked_ms) in self._missing.items() if now_ms - asked_ms >= ASK_EVERY_MS]
+        due = [
+            number
+            for number, (asked, asked_ms) in self._missing.items()
+            if now_ms - asked_ms >= ASK_EVERY_MS * min(asked, SELDOMER_MAX)
+        ]
         if not due:
             return None
         first = due[0]
         count = (due[-1] - first) % NUMBERS + 1
         for number in due:
             self._missing[number] = (self._missing[number][0] + 1, now_ms)
-        self._forget()
         return first, count
 
     def _forget(self) -> None:
-        """What the drone does not keep any more, or does not answer, is given up."""
+        """What the drone does not keep any more is given up."""
         assert self._next is not None
-        for number, (asked, _) in list(self._missing.items()):
-            if (self._next - number) % NUMBERS > self._kept or asked > ASKED_MAX:
+        for number in list(self._missing):
+            if (self._next - number) % NUMBERS > self._kept:
                 del self._missing[number]
                 self.given_up += 1

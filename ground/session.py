@@ -42,7 +42,7 @@ async def narrated(station: Station, console: Console, name: str = "") -> AsyncI
 
 
 async def _narrate(station: Station, console: Console, name: str) -> None:
-    with contextlib.suppress(GroundError), station.listen() as listener:
+    with contextlib.suppress(GroundError), station.listen(Event) as listener:
         while True:
             match await listener.next():
                 case Event() as event if words := _words(event):

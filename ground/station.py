@@ -101,9 +101,9 @@ class Station:
             raise LinkLost(f"the link to the drone is gone: {self.picture.link.detail}")
 
     @contextlib.contextmanager
-    def listen(self) -> Iterator[Listener]:
-        """Hear everything that comes in meanwhile."""
-        listener = Listener()
+    def listen(self, *kinds: type[Incoming]) -> Iterator[Listener]:
+        """Hear what comes in meanwhile: messages of these kinds, or all."""
+        listener = Listener(*kinds)
         self._listeners.add(listener)
         try:
             yield listener
@@ -112,7 +112,7 @@ class Station:
 
     async def greet(self) -> Hello:
         """Ask who is there until it answers. Raises NoAnswer, ProtocolMismatch."""
-        with self.listen() as listener:
+        with self.listen(Hello) as listener:
             hello = await self._ask(HelloRequest(), _as_hello, listener, "hello")
         if hello.side_cells != GRID_SIDE_CELLS:
             raise ProtocolMismatch(
@@ -132,7 +132,7 @@ class Station:
             mine = isinstance(message, Ack) and message.sequence == request.sequence
             return message if isinstance(message, Ack) and mine else None
 
-        with self.listen() as listener:
+        with self.listen(Ack) as listener:
             ack = await self._ask(request, answer, listener, what)
         if ack.reason is not MissionReason.OK:
             raise CommandRefused(REASON_WORDS[ack.reason], ack.reason)
@@ -176,7 +176,7 @@ class Station:
                 return message
             return None
 
-        with self.listen() as listener:
+        with self.listen(ParameterValue) as listener:
             self._link.send(SetParameter(name, value))
             found = await _heard(answer, listener, REPEATS * REPEAT_S)
         if found is None:

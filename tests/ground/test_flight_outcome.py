@@ -33,7 +33,6 @@ FLIGHTS = [
         True,
         "OK",
     ),
-    (MissionCmd.EXPLORE, [event(EventCode.STATE, MissionState.IDLE)], False, "OK"),
     (MissionCmd.HOME, [event(EventCode.STATE, MissionState.FAULT)], False, "OK"),
 ]
 
@@ -53,7 +52,7 @@ def test_events_decide_how_a_flight_ended(
     with_station(link, work)
 
 
-def say_later(link: FakeLink, *messages: Telemetry) -> None:
+def say_later(link: FakeLink, *messages: Event | Telemetry) -> None:
     """What comes after the command was acknowledged."""
     asyncio.get_running_loop().call_later(0.05, link.say, *messages)
 
@@ -71,6 +70,21 @@ def test_what_was_heard_while_the_acknowledgement_was_lost_does_not_count() -> N
 
     async def work(station: Station) -> None:
         assert (await fly(station, MissionCmd.GOTO, GOAL)).reached
+
+    with_station(link, work)
+
+
+@pytest.mark.parametrize("explored", [True, False])
+def test_that_everything_is_explored_may_be_heard_after_the_landing(explored: bool) -> None:
+    link = FakeLink()
+    begun = event(EventCode.STATE, MissionState.FOLLOW)
+    late = [event(EventCode.EXPLORED)] if explored else []
+    landed = [telemetry(t, MissionState.IDLE) for t in range(1000, 7000, 50)]
+    end = event(EventCode.STATE, MissionState.IDLE)
+    link.on_command = lambda command: say_later(link, begun, end, *late, *landed)
+
+    async def work(station: Station) -> None:
+        assert (await fly(station, MissionCmd.EXPLORE)).reached is explored
 
     with_station(link, work)
 

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The reflex: what comes by itself is given way to, what only seems to come is not."""
+
+import math
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ground.core import ffi, lib
+from tests.core.maps import xy
+from tests.core.test_guard import CONFIG, DIRECTIONS, Guard, ranges, towards
+
+
+@pytest.mark.parametrize("judged", [lib.GRID_ECHO_UNTOLD, lib.GRID_ECHO_STRANGE])
+@given(speed=st.floats(0.3, 0.7))
+def test_it_gives_way_to_what_comes_as_fast_as_that(judged: int, speed: float) -> None:
+    guard = Guard()
+    for step in range(60):
+        range_m = 1.9 - speed * step * 0.1
+        guard.watch(1000 + 100 * step, {lib.SCAN_FRONT: range_m}, judged)
+        velocity = guard.step(ranges(front=range_m), 0.0, 0.0)
+        if guard.status == lib.GUARD_RETREAT:
+            break
+    assert CONFIG.yield_m < range_m < CONFIG.yield_m + speed
+    assert -CONFIG.yield_mps - 1e-6 <= velocity[0] < -0.8 * speed
+
+
+@pytest.mark.parametrize(
+    ("judged", "speed", "yield_m"),
+    [
+        (lib.GRID_ECHO_FAMILIAR, 0.5, 0.6),
+        (lib.GRID_ECHO_UNTOLD, 0.05, 0.6),
+        (lib.GRID_ECHO_UNTOLD, 0.5, 0.0),
+    ],
+)
+def test_walls_noise_and_what_it_is_told_to_ignore_do_not_move_it(
+    judged: int, speed: float, yield_m: float
+) -> None:
+    guard = Guard()
+    guard.cfg.yield_m = yield_m
+    for step in range(15):
+        range_m = 1.0 - speed * step * 0.1
+        guard.watch(1000 + 100 * step, {lib.SCAN_LEFT: range_m}, judged)
+        assert guard.step(ranges(left=range_m), 0.0, 0.0) == (0.0, 0.0)
+
+
+def test_a_turn_beside_an_oblique_wall_is_no_comer() -> None:
+    guard = Guard()
+    for step in range(20):
+        yaw_rad = 0.1 * step
+        guard.watch(
+            1000 + 100 * step, {lib.SCAN_LEFT: 1.2 - 0.04 * step}, lib.GRID_ECHO_UNTOLD, yaw_rad
+        )
+    assert guard.guard.untold
+    assert guard.step(ranges(left=0.44), 0.0, 0.0) == (0.0, 0.0)
+
+
+@given(st.lists(st.floats(0.1, 3.0), min_size=5, max_size=5), st.floats(0.1, 0.7))
+def test_giving_way_it_moves_only_where_a_beam_sees_room(
+    room_m: list[float], comer_m: float
+) -> None:
+    guard = Guard()
+    room_m[lib.SCAN_FRONT] = comer_m
+    guard.watch(1000, {lib.SCAN_FRONT: comer_m}, lib.GRID_ECHO_STRANGE)
+    velocity = guard.step(room_m, 0.0, 0.0)
+    for beam in DIRECTIONS:
+        if towards(velocity, beam) > 1e-6:
+            assert room_m[beam] > CONFIG.stop_m
+            assert math.hypot(*velocity) == pytest.approx(towards(velocity, beam), abs=1e-5)
+
+
+def test_a_comer_is_remembered_for_a_while_and_not_longer() -> None:
+    guard = Guard()
+    guard.watch(1000, {lib.SCAN_FRONT: 0.3}, lib.GRID_ECHO_STRANGE)
+    assert guard.step(ranges(), 0.0, 0.0)[0] < 0.0
+    guard.body.time_ms = 1000 + 1600
+    assert guard.step(ranges(), 0.0, 0.0) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("judged", [lib.GRID_ECHO_UNTOLD, lib.GRID_ECHO_STRANGE])
+def test_who_stands_still_is_no_reason_to_flee_for_ever_but_is_not_approached(judged: int) -> None:
+    guard = Guard()
+    for step in range(50):
+        guard.watch(1000 + 100 * step, {lib.SCAN_FRONT: 0.33}, judged)
+    assert guard.step(ranges(front=0.33), 0.0, 0.0) == (0.0, 0.0)
+    assert guard.status != lib.GUARD_RETREAT
+    guard.body.pose.yaw_rad = 0.6  # between two beams now
+    vx, vy = guard.step(ranges(), 0.3, -0.2)
+    assert vx * math.cos(0.6) - vy * math.sin(0.6) <= 0.01
+
+
+def test_who_walks_on_slowly_is_given_way_to_all_the_time() -> None:
+    guard = Guard()
+    for step in range(60):
+        ahead_m = 0.34 - 0.03 * abs(step % 20 - 10) / 10
+        bearing_rad = 0.05 * step
+        guard.watch(
+            1000 + 100 * step, {lib.SCAN_FRONT: ahead_m}, lib.GRID_ECHO_STRANGE, bearing_rad
+        )
+        guard.body.pose.yaw_rad = bearing_rad
+        guard.step(ranges(front=ahead_m), 0.0, 0.0)
+        assert guard.status == lib.GUARD_RETREAT
+
+
+@given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(-3.0, 3.0))
+def test_echoes_tell_how_much_faster_odometry_is(off_x: float, off_y: float, yaw: float) -> None:
+    guard = Guard()
+    for step in range(40):
+        seen = ffi.new("scan_frame_t *", {"time_ms": 1000 + 100 * step, "hit": 15})
+        seen.pose = (off_x * 0.1 * step, off_y * 0.1 * step, yaw)  # truly it stands still
+        seen.range_m = [1.0, 1.3, 1.7, 0.6]
+        lib.guard_watch(guard.guard, guard.cfg, seen, [lib.GRID_ECHO_FAMILIAR] * lib.SCAN_BEAMS)
+    slip = xy(lib.guard_slip(guard.guard, yaw))
+    forward = off_x * math.cos(yaw) + off_y * math.sin(yaw)
+    left = off_y * math.cos(yaw) - off_x * math.sin(yaw)
+    assert slip == pytest.approx((forward, left), abs=0.01)
+
+
+def test_one_who_comes_on_one_side_is_no_error_of_odometry() -> None:
+    guard = Guard()
+    for step in range(12):
+        hits = {lib.SCAN_FRONT: 1.8 - 0.1 * step, lib.SCAN_BACK: 1.0}
+        guard.watch(1000 + 100 * step, hits, lib.GRID_ECHO_FAMILIAR)
+    assert xy(lib.guard_slip(guard.guard, 0.0)) == (0.0, 0.0)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_beam_that_tells_anything_is_restless_and_a_steady_one_is_not(seed: int) -> None:
+    guard, luck = Guard(), random.Random(seed)
+    most = 0
+    for step in range(300):
+        hits = {lib.SCAN_FRONT: luck.uniform(0.3, 1.0), lib.SCAN_LEFT: luck.choice((0.5, 0.6))}
+        hits[lib.SCAN_RIGHT] = 0.4 if step % 8 == 0 else 0.9  # a false echo now and then
+        guard.watch(1000 + 100 * step, hits, lib.GRID_ECHO_FAMILIAR)
+        most = max(most, guard.guard.restless[lib.SCAN_FRONT])
+    restless = guard.guard.restless
+    assert most >= lib.GUARD_RESTLESS
+    assert max(restless[lib.SCAN_LEFT], restless[lib.SCAN_RIGHT]) < lib.GUARD_RESTLESS / 2

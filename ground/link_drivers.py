@@ -163,8 +163,12 @@ def last_line(text: str) -> str:
 
 
 def hang_up(cf: Crazyflie) -> None:
-    """Close the link; cflib's pings are ended first, since one into a closed socket would raise."""
+    """Close the link; cflib's pings and repetitions find it whole or not at all: else they raise."""
     cf.link_statistics.stop()
+    with cf._send_lock:
+        link, cf.link = cf.link, None
+    if link:
+        link.close()
     cf.close_link()
 
 

@@ -35,7 +35,7 @@ enum {
 static const float RAD_PER_DEG = 0.01745329252f;
 static const float M_PER_MM = 0.001f;
 /** Variance of the velocity [(m/s)^2]. A Flow deck reaches about 0.002 on the ground and 0.02 at 1
- * m; without flow it takes eight seconds to the larger one. */
+ * m; without flow it grows to the larger one within seconds. */
 static const float SETTLED_BELOW = 0.05f;
 static const float LOST_ABOVE = 0.1f;
 

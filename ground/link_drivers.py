@@ -163,7 +163,7 @@ def last_line(text: str) -> str:
 
 
 def hang_up(cf: Crazyflie) -> None:
-    """Close the link; cflib's pings and repetitions find it whole or not at all: else they raise."""
+    """Close the link. What cflib still sends finds it whole or not at all: else it would raise."""
     cf.link_statistics.stop()
     with cf._send_lock:
         link, cf.link = cf.link, None

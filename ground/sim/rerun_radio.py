@@ -119,6 +119,7 @@ class RadioRerun:
 
     def _figures(self) -> dict[str, Any]:
         distances_m, turns_rad, same = zip(*self._apart, strict=True)
+        half = (len(distances_m) + 1) // 2  # it drifts apart once it has decided otherwise
         theirs, ours = (grid.states for grid in self._maps)
         known = (theirs != 0) & (ours != 0)
         same_cells = float((theirs == ours)[known].mean()) if known.any() else 0.0
@@ -129,6 +130,7 @@ class RadioRerun:
             "range_sets": self._drone.range_sets,
             "commands_sent": self._drone.commands,
             "pose_apart_m_median": round(float(np.median(distances_m)), 4),
+            "pose_apart_m_median_first_half": round(float(np.median(distances_m[:half])), 4),
             "pose_apart_m_worst": round(max(distances_m), 4),
             "yaw_apart_rad_median": round(float(np.median(turns_rad)), 4),
             "same_state": round(float(np.mean(same)), 3),

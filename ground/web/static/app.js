@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page shows the last state that the server sent and sends wishes back; it decides nothing.
 
+import { MapPanel } from "./map.js";
 import { listenToTimeline, showTimeline } from "./timeline.js";
-import { View, parseMap } from "./view.js";
 
 const RECONNECT_MS = 1000;
 const STALE_MS = 2000;
 const TOAST_MS = 6000;
-const DRAG_PX = 6;
 
 const $ = (id) => document.getElementById(id);
-const view = new View($("map"));
+const map = new MapPanel({ wish, toast });
 let state = null;
 let heardAt = 0;
-let trail = [];
-let wanted = null; // the goal just clicked, until the drone takes or refuses it
 let socket = null;
 let toastTimer = 0;
 let lastEvent = null;
@@ -27,12 +24,13 @@ function connect() {
   socket.onmessage = ({ data }) => {
     heardAt = performance.now();
     if (data instanceof ArrayBuffer) {
-      view.setMap(parseMap(data));
+      map.takeCells(data);
       return;
     }
     const message = JSON.parse(data);
     if (message.kind === "state") take(message);
     else if (message.kind === "answer") answered(message);
+    else map.takeOther(message);
   };
   socket.onclose = () => {
     showLink({ state: "closed", detail: "the ground station has gone" });
@@ -47,19 +45,19 @@ function wish(what) {
 
 function take(message) {
   state = message;
-  trail = [...trail.slice(0, message.trail_from), ...message.trail];
+  map.take(message);
   show();
 }
 
 function answered({ do: what, ok, words }) {
   if (!ok) toast(`${label(what)} refused: ${words}`);
-  if (what === "goto") wanted = null;
+  map.answered(what);
 }
 
 // --- showing -------------------------------------------------------------------------------------
 
 function show() {
-  const { mission, drone, link, can, map, fleet } = state;
+  const { mission, drone, link, can, map: cells, fleet } = state;
   showFleet(fleet);
   const { latched, confirmed } = state.stop;
   $("state").textContent = latched || confirmed ? "stopped" : mission.words;
@@ -75,18 +73,15 @@ function show() {
     ? "The motors are cut. The drone stays locked until it is restarted."
     : "STOP is being sent, again and again, until the drone confirms it.";
   for (const button of document.querySelectorAll("[data-do]")) button.disabled = !can[button.dataset.do];
-  $("map").style.cursor = can.goto ? "crosshair" : "default";
-  $("hint").hidden = !can.goto || trail.length > 0;
   const [x, y, z] = drone.pose ?? [];
   $("position").textContent = drone.pose ? `${x.toFixed(2)}, ${y.toFixed(2)}` : "–";
   $("height").textContent = drone.pose ? `${z.toFixed(2)} m` : "–";
   $("path").textContent = drone.path_m === undefined ? "–" : `${drone.path_m.toFixed(1)} m`;
   $("battery").textContent = drone.battery_v === undefined ? "–" : `${drone.battery_v.toFixed(2)} V`;
-  $("map-complete").textContent = `${Math.round(100 * map.complete)} %`;
-  const oldest = Math.max(...map.ages_s);
-  $("pieces").textContent = map.rate_hz ? `${map.rate_hz.toFixed(0)}/s, oldest ${oldest} s` : "–";
+  $("map-complete").textContent = `${Math.round(100 * cells.complete)} %`;
+  const oldest = Math.max(...cells.ages_s);
+  $("pieces").textContent = cells.rate_hz ? `${cells.rate_hz.toFixed(0)}/s, oldest ${oldest} s` : "–";
   $("pulse").textContent = pulseWords(link);
-  view.ages = $("ages").ariaPressed === "true" ? map.ages_s : null;
   const sent = (link.packets ?? 0) + (link.lost ?? 0);
   $("lost").textContent = sent ? `${((100 * link.lost) / sent).toFixed(1)} %` : "–";
   $("source").textContent = drone.source ?? "–";
@@ -129,9 +124,8 @@ function showFleet(fleet) {
 
 function choose(number) {
   wish({ do: "choose", drone: number });
-  wanted = null;
   lastEvent = null;
-  view.forget();
+  map.forget();
 }
 
 function showEvents(events) {
@@ -166,70 +160,14 @@ function label(what) {
   return button?.ariaLabel ?? button?.textContent ?? what;
 }
 
-function frame() {
+function watchSilence() {
   if (state && performance.now() - heardAt > STALE_MS) {
     showLink({ state: "silent", detail: "the ground station is silent" });
   }
-  view.draw(state?.drone, state?.route ?? [], trail, wanted ?? state?.drone.goal, state?.fleet ?? []);
-  showScale();
-  requestAnimationFrame(frame);
-}
-
-function showScale() {
-  const metres = [0.5, 1, 2, 5, 10].find((m) => m * view.scale >= 60) ?? 10;
-  $("scale-bar").style.width = `${metres * view.scale}px`;
-  $("scale-text").textContent = `${metres} m`;
 }
 
 // --- wishes --------------------------------------------------------------------------------------
 
-function setGoal(px, py) {
-  if (!state?.can.goto) return;
-  const [x, y] = view.toWorld(px, py);
-  wanted = [x, y];
-  wish({ do: "goto", x, y });
-}
-
-function listenToMap(canvas) {
-  const touches = new Map();
-  let moved = 0;
-  canvas.addEventListener("pointerdown", (event) => {
-    canvas.setPointerCapture(event.pointerId);
-    if (!touches.size) moved = 0;
-    touches.set(event.pointerId, [event.offsetX, event.offsetY]);
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    const before = touches.get(event.pointerId);
-    if (!before) return;
-    const now = [event.offsetX, event.offsetY];
-    const [dx, dy] = [now[0] - before[0], now[1] - before[1]];
-    moved += Math.hypot(dx, dy);
-    const other = [...touches].find(([id]) => id !== event.pointerId)?.[1];
-    if (other) {
-      const [was, is] = [before, now].map((p) => Math.hypot(p[0] - other[0], p[1] - other[1]));
-      if (was > 1) view.zoom(is / was, ...other);
-    } else if (moved > DRAG_PX) {
-      view.pan(dx, dy);
-    }
-    touches.set(event.pointerId, now);
-  });
-  canvas.addEventListener("pointerup", (event) => {
-    const alone = touches.size === 1;
-    touches.delete(event.pointerId);
-    if (alone && moved <= DRAG_PX && event.button === 0) setGoal(event.offsetX, event.offsetY);
-  });
-  canvas.addEventListener("pointercancel", (event) => touches.delete(event.pointerId));
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    view.zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
-  }, { passive: false });
-}
-
-listenToMap($("map"));
-$("zoom-in").onclick = () => view.zoom(1.3);
-$("zoom-out").onclick = () => view.zoom(1 / 1.3);
-$("fit").onclick = () => (view.auto = true);
-$("ages").onclick = () => ($("ages").ariaPressed = String($("ages").ariaPressed !== "true"));
 $("stop").onclick = () => wish({ do: "stop" });
 $("release").onclick = () => wish({ do: "release" });
 for (const button of document.querySelectorAll("[data-do]")) {
@@ -246,4 +184,4 @@ addEventListener("keyup", (event) => {
 
 listenToTimeline(wish);
 connect();
-requestAnimationFrame(frame);
+setInterval(watchSilence, STALE_MS / 4);

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ground.core import GRID_SIDE_CELLS, CData, ffi, lib
+from ground.coregrid import put_values
 
 Point = tuple[float, float]
 
@@ -108,8 +109,7 @@ def _clearance_of(blocked: NDArray[np.bool_], clearance: float) -> CData:
     grid, layer = ffi.new("grid_t *"), ffi.new("clearance_t *")
     cfg = ffi.new("grid_config_t *", lib.grid_config_default())
     lib.grid_init(grid, cfg, ffi.new("vec2_t *")[0], _CELL_M)
-    packed = (values[:, 0::2] | values[:, 1::2] << 4).tobytes()
-    ffi.memmove(grid.cells, packed, len(packed))
+    put_values(grid, values)
     low, high = (ffi.new("vec2_t *", (sign * _BEYOND_M,) * 2)[0] for sign in (-1, 1))
     lib.clearance_init(layer, grid, clearance * _CELL_M, low, high)
     lib.clearance_refresh(layer, grid, GRID_SIDE_CELLS)

@@ -28,6 +28,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ground.errors import GroundError
 from ground.model import Point
+from ground.web.asking import Asking
 from ground.web.cockpit import Cockpit, Timeline
 from ground.web.fleet import Fleet
 from ground.web.frames import NO_TRAIL, fleet_rows, map_frame, state_frame
@@ -70,18 +71,18 @@ class Page:
         self._chosen = 0
         self._rate = Rate(time.monotonic())
         self._commands: set[asyncio.Task[None]] = set()
+        self._asking = Asking(self._tell, lambda: self._cockpit.station)
 
     async def serve(self) -> None:
         """Until the page leaves."""
         await self._socket.accept()
         self._fleet.page_opened()
-        writer = asyncio.create_task(self._write())
+        tasks = [asyncio.create_task(work) for work in (self._write(), self._asking.run())]
         try:
             await self._read()
         finally:
             self._fleet.page_closed()
-            writer.cancel()
-            for task in self._commands:
+            for task in (*tasks, *self._commands):
                 task.cancel()
 
     async def _read(self) -> None:
@@ -97,6 +98,8 @@ class Page:
         """A stop is never too much; of all else only so much is taken."""
         if wish.get("do") == "stop":
             self._fleet.stop()
+            return
+        if self._asking.take(wish):
             return
         name = wish.get("do")
         if not self._rate.allows(time.monotonic()) or len(self._commands) >= COMMANDS_AT_ONCE:
@@ -128,7 +131,10 @@ class Page:
         """Refused with words, or done."""
         answer = {"kind": "answer", "do": name, "ok": not words, "words": words}
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
-            await self._socket.send_text(json.dumps(answer))
+            await self._tell(answer)
+
+    async def _tell(self, message: dict[str, Any]) -> None:
+        await self._socket.send_text(json.dumps(message))
 
     @property
     def _cockpit(self) -> Cockpit:

@@ -54,6 +54,11 @@ test: setup ## Run the tests (two processes, under ten minutes)
 	tests/tools/debian_packages.sh test
 	$(BIN)/pytest -n 2 tests --ignore tests/cfclient
 
+.PHONY: test-web
+test-web: setup ## Look at the page in Chromium, with simulated drones; pictures in build/screens
+	tests/tools/debian_packages.sh test
+	$(BIN)/pytest tests/web
+
 .PHONY: test-cfclient
 test-cfclient: setup $(CFCLIENT)/.installed ## Drive the real cfclient against the simulated Crazyflie [MINUTES=10]
 	QT_QPA_PLATFORM=offscreen MINUTES=$(MINUTES) $(CFCLIENT)/bin/python -m pytest -rP --confcutdir tests/cfclient tests/cfclient

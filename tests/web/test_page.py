@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The page in a real browser: a click becomes a goal, Space stops, the map is drawn."""
 
-import asyncio
-import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
 import pytest
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 
 from ground.core import CellState, MissionCmd, MissionReason, MissionState, SelfTest
 from ground.model import (
@@ -20,55 +17,13 @@ from ground.model import (
     SetParameter,
     Telemetry,
 )
-from ground.station import station_on
-from ground.web.cockpit import Cockpit
-from ground.web.fleet import COLOURS, Fleet, Member, Place
-from ground.web.server import page_server
+from ground.web.fleet import COLOURS, Member, Place
 from ground.words import SELF_TEST_WORDS
-from tests.ground.fakelink import FakeLink
 from tests.ground.stations import packet_of
+from tests.web.browsing import tab_at
+from tests.web.threaded import Ground
 
-ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
 WAIT_MS = 20_000
-
-
-class Ground:
-    """The ground station in a thread of its own, with a drone in memory."""
-
-    def __init__(self) -> None:
-        self.link = FakeLink()
-        self.other_link = FakeLink()
-        self.cockpit, self.other = Cockpit(), Cockpit()
-        self.fleet = Fleet.of(self.cockpit)
-        self.address = ""
-        self._loop = asyncio.new_event_loop()
-        self._ready = threading.Event()
-        self._done = asyncio.Event()
-
-    def call(self, work: Callable[[], object]) -> None:
-        """Run in the station's loop."""
-        self._loop.call_soon_threadsafe(work)
-
-    @contextmanager
-    def running(self) -> Iterator["Ground"]:
-        thread = threading.Thread(target=self._loop.run_until_complete, args=(self._serve(),))
-        thread.start()
-        assert self._ready.wait(20)
-        yield self
-        self.call(self._done.set)
-        thread.join()
-        self._loop.close()
-
-    async def _serve(self) -> None:
-        async with (
-            station_on(self.link) as station,
-            station_on(self.other_link) as other,
-            page_server(self.fleet, 0) as self.address,
-        ):
-            self.cockpit.station = station
-            self.other.station = other
-            self._ready.set()
-            await self._done.wait()
 
 
 def hovering(goal: Point) -> Telemetry:
@@ -85,25 +40,12 @@ def ground() -> Iterator[Ground]:
 
 
 @pytest.fixture
-def page(ground: Ground) -> Iterator[Page]:
+def page(browser: Browser, ground: Ground) -> Iterator[Page]:
     """The page at a desk, in the light; nothing but this machine may be asked for anything."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=ARGUMENTS)
-        page = browser.new_page(viewport={"width": 1280, "height": 800})
-        problems: list[str] = []
-        page.on("pageerror", lambda error: problems.append(str(error)))
-        page.on("console", lambda line: line.type == "error" and problems.append(line.text))
-        page.on(
-            "request",
-            lambda request: (
-                request.url.startswith((ground.address, "data:")) or problems.append(request.url)
-            ),
-        )
-        page.goto(ground.address)
-        expect(page.locator("#state")).to_have_text("holding its place", timeout=WAIT_MS)
-        yield page
-        browser.close()
-        assert problems == []
+    with tab_at(browser, ground.address) as tab:
+        tab.page.goto(ground.address)
+        expect(tab.page.locator("#state")).to_have_text("holding its place", timeout=WAIT_MS)
+        yield tab.page
 
 
 def on_the_ground(self_test: SelfTest) -> tuple[Telemetry, Health]:

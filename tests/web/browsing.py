@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A real browser on the page: what it is sent, where a place is on the screen, pictures of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, BrowserContext, Page, WebSocket, sync_playwright
+
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
+SCREENS = Path(__file__).resolve().parents[2] / "build" / "screens"
+DESK = (1280, 800)
+PHONE = (390, 844)
+WAIT_MS = 120_000
+POLL_MS = 20
+CONNECTION_GONE = "ERR_CONNECTION_REFUSED"
+
+# The page keeps its view to itself: a draw that is listened to hands it over.
+LISTEN = """async () => {
+  const { View } = await import("/view.js");
+  const draw = View.prototype.draw;
+  View.prototype.draw = function (...given) {
+    globalThis.view = this;
+    return draw.apply(this, given);
+  };
+}"""
+
+Frame = dict[str, Any]
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """Debian's browser, without a window."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=ARGUMENTS)
+        yield browser
+        browser.close()
+
+
+class Tab:
+    """One page in the browser, the last state and map that it was sent, and what went wrong."""
+
+    def __init__(self, context: BrowserContext, address: str) -> None:
+        self.page: Page = context.new_page()
+        self.address = address
+        self.state: Frame = {}
+        self.states: list[Frame] = []
+        self.trail: list[list[float]] = []
+        self.map = b""
+        self.problems: list[str] = []
+        self.page.on("websocket", self._listen)
+        self.page.on("pageerror", lambda error: self.problems.append(str(error)))
+        self.page.on("console", lambda line: line.type == "error" and self._complain(line.text))
+        self.page.on(
+            "request",
+            lambda request: (
+                request.url.startswith((address, "data:")) or self._complain(request.url)
+            ),
+        )
+
+    def open(self) -> Tab:
+        """Load the page; until the drone is connected."""
+        self.page.goto(self.address)
+        return self.ready()
+
+    def reload(self) -> Tab:
+        """As the user does it; until the drone is connected."""
+        self.state, self.trail, self.map = {}, [], b""
+        self.page.reload()
+        return self.ready()
+
+    def ready(self) -> Tab:
+        """Wait for a drone that takes commands."""
+        self.page.evaluate(LISTEN)
+        return self.until(lambda state: state["can"]["goto"])
+
+    def until(self, condition: Callable[[Frame], object]) -> Tab:
+        """Wait for a state of which that is true."""
+        return self.wait(lambda: bool(self.state) and condition(self.state))
+
+    def wait(self, condition: Callable[[], object]) -> Tab:
+        """Wait for it."""
+        for _ in range(WAIT_MS // POLL_MS):
+            if condition():
+                return self
+            self.page.wait_for_timeout(POLL_MS)
+        raise AssertionError(f"it did not happen; the last state: {self.state}")
+
+    def place(self, x_m: float, y_m: float) -> tuple[float, float]:
+        """Where that is on the page, in CSS pixels."""
+        box = self.page.locator("#map").bounding_box()
+        assert box is not None
+        self.page.wait_for_function("globalThis.view")
+        x_px, y_px = self.page.evaluate("([x, y]) => view.toScreen(x, y)", [x_m, y_m])
+        return box["x"] + x_px, box["y"] + y_px
+
+    def click(self, x_m: float, y_m: float) -> None:
+        """There, with the mouse."""
+        self.page.mouse.click(*self.place(x_m, y_m))
+
+    def press(self, name: str) -> None:
+        """The button of that name."""
+        self.page.get_by_role("button", name=name, exact=True).click()
+
+    def shot(self, name: str) -> None:
+        """Keep a picture of what is seen now."""
+        SCREENS.mkdir(parents=True, exist_ok=True)
+        self.page.screenshot(path=SCREENS / f"{name}.png")
+
+    def _complain(self, text: str) -> None:
+        """A server that is gone is not the page's fault."""
+        if CONNECTION_GONE not in text:
+            self.problems.append(text)
+
+    def _listen(self, socket: WebSocket) -> None:
+        socket.on("framereceived", self._take)
+
+    def _take(self, payload: str | bytes) -> None:
+        if isinstance(payload, bytes):
+            self.map = payload
+            return
+        frame: Frame = json.loads(payload)
+        if frame["kind"] == "state":
+            self.state = frame
+            self.states.append(frame)
+            self.trail = [*self.trail[: frame["trail_from"]], *frame["trail"]]
+
+
+@contextmanager
+def browsing(
+    browser: Browser, size: tuple[int, int] = DESK, dark: bool = False
+) -> Iterator[BrowserContext]:
+    """Cookies and settings of one user: at a desk or with a phone, in the light or in the dark."""
+    width, height = size
+    context = browser.new_context(
+        viewport={"width": width, "height": height},
+        color_scheme="dark" if dark else "light",
+        has_touch=size == PHONE,
+        is_mobile=size == PHONE,
+        device_scale_factor=2 if size == PHONE else 1,
+    )
+    try:
+        yield context
+    finally:
+        context.close()
+
+
+@contextmanager
+def tab_at(
+    browser: Browser, address: str, size: tuple[int, int] = DESK, dark: bool = False
+) -> Iterator[Tab]:
+    """A page in a browser of its own; nothing may have gone wrong in it at the end."""
+    with browsing(browser, size, dark) as context:
+        tab = Tab(context, address)
+        yield tab
+        assert tab.problems == []

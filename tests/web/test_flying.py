@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The page of a simulated drone, real cflib and UDP between them: what a user sees and does."""
+
+import math
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from ground.sim.process import SimulatorProcess
+from tests.web.browsing import Frame, Tab, browsing, tab_at
+from tests.web.grounds import GroundProcess
+
+HOME = (0.0, 0.0)
+BEDROOM = (2.0, 1.0)
+THERE_M = 0.35
+HEADER_BYTES = 20
+TIRELESS = ("--endurance", "100000")
+
+
+@pytest.fixture(scope="module")
+def simulator() -> Iterator[SimulatorProcess]:
+    with SimulatorProcess("--world", "flat", "--speed", "4", *TIRELESS) as simulator:
+        yield simulator
+
+
+@pytest.fixture(scope="module")
+def ground(simulator: SimulatorProcess) -> Iterator[GroundProcess]:
+    with GroundProcess(simulator.uri) as ground:
+        yield ground
+
+
+@pytest.fixture
+def tab(browser: Browser, ground: GroundProcess) -> Iterator[Tab]:
+    with tab_at(browser, ground.address) as tab:
+        yield tab.open()
+
+
+def away_m(state: Frame, place: tuple[float, float]) -> float:
+    return math.dist(state["drone"]["pose"][:2], place)
+
+
+def on_its_way(tab: Tab) -> tuple[float, float]:
+    """Send it where it is not, by a click; until it has a route and has left. @return where"""
+    begin = tab.state["drone"]["pose"][:2]
+    place = BEDROOM if away_m(tab.state, HOME) < 1.0 else HOME
+    tab.click(*place)
+    tab.until(lambda state: state["route"] and away_m(state, begin) > 0.3)
+    return place
+
+
+def arrived(tab: Tab, place: tuple[float, float]) -> None:
+    tab.until(lambda s: s["mission"]["state"] == "HOVER" and away_m(s, place) < THERE_M)
+
+
+def known(map_frame: bytes) -> int:
+    """Cells that are not unknown."""
+    return sum(map(bool, map_frame[HEADER_BYTES:]))
+
+
+def test_a_click_into_another_room_is_flown_to(tab: Tab) -> None:
+    place = on_its_way(tab)
+    assert tab.state["drone"]["goal"] == pytest.approx(place, abs=0.05)
+    tab.shot("flying")
+    arrived(tab, place)
+    expect(tab.page.locator("#state")).to_have_text("holding its place")
+    tab.shot("arrived")
+
+
+def test_a_reload_on_the_way_loses_nothing(tab: Tab) -> None:
+    on_its_way(tab)
+    before, trail_before, map_before = tab.state, list(tab.trail), tab.map
+    tab.reload()
+    after = tab.state
+    assert after["mission"]["state"] == "FOLLOW"
+    assert after["drone"]["goal"] == before["drone"]["goal"]
+    assert after["route"][-1] == before["route"][-1]
+    numbers = [event["n"] for event in after["events"]]
+    old = numbers.index(before["events"][0]["n"])
+    assert after["events"][old:] == before["events"][: len(after["events"]) - old]
+    settled = len(trail_before) // 2  # what is newer may still be corrected
+    assert tab.trail[:settled] == trail_before[:settled]
+    assert len(tab.trail) >= len(trail_before)
+    tab.wait(lambda: tab.map)
+    assert known(tab.map) > 0.9 * known(map_before)
+
+
+def test_a_second_tab_sees_the_same(tab: Tab) -> None:
+    place = on_its_way(tab)
+    second = Tab(tab.page.context, tab.address).open()
+    assert second.state["drone"]["goal"] == tab.state["drone"]["goal"]
+    arrived(tab, place)
+    second.wait(lambda: (second.map, second.trail) == (tab.map, tab.trail))
+    assert second.state["events"] == tab.state["events"]
+    second.press("Land")
+    tab.until(lambda state: state["can"]["take_off"])
+    assert second.problems == []
+
+
+def test_a_server_that_was_killed_is_found_again(tab: Tab, ground: GroundProcess) -> None:
+    tab.wait(lambda: tab.map)
+    map_before = tab.map
+    ground.kill()
+    expect(tab.page.locator("#link")).to_have_text("the ground station has gone")
+    tab.shot("no-server")
+    tab.state, tab.map = {}, b""
+    ground.start()
+    tab.until(lambda state: state["can"]["goto"] and state["map"]["complete"] == 1.0)
+    tab.wait(lambda: known(tab.map) > 0.9 * known(map_before))
+    expect(tab.page.locator("#link")).to_have_text("connected")
+
+
+def test_a_page_of_another_origin_is_refused(
+    browser: Browser, ground: GroundProcess, foreign: str
+) -> None:
+    """Its server is on this machine too: nothing but the ground station can refuse it."""
+    with browsing(browser) as context:
+        page, said = context.new_page(), list[str]()
+        page.on("console", lambda line: said.append(line.text))
+        page.goto(foreign)
+        opened = page.evaluate(
+            """address => new Promise((done) => {
+              const socket = new WebSocket(address);
+              socket.onopen = () => done(true);
+              socket.onclose = () => done(false);
+            })""",
+            ground.address.replace("http", "ws") + "socket",
+        )
+        assert not opened
+        assert any("403" in line for line in said)
+        with pytest.raises(Exception, match="Failed to fetch"):
+            page.evaluate("address => fetch(address)", ground.address)
+
+
+def test_stop_cuts_the_motors_of_a_drone_in_the_air_and_latches(browser: Browser) -> None:
+    with (
+        SimulatorProcess("--world", "empty", "--speed", "4") as simulator,
+        GroundProcess(simulator.uri) as ground,
+        tab_at(browser, ground.address) as tab,
+    ):
+        other = Tab(tab.open().page.context, ground.address).open()
+        tab.press("Take off")
+        tab.until(lambda s: s["mission"]["state"] == "HOVER" and s["drone"]["pose"][2] > 0.2)
+        tab.page.keyboard.press("Space")
+        for seen in (tab, other):
+            seen.until(lambda state: state["stop"] == {"latched": True, "confirmed": True})
+            expect(seen.page.get_by_role("button", name="Take off")).to_be_disabled()
+        tab.shot("stopped")
+        other.press("Release")
+        tab.until(lambda state: not state["stop"]["latched"])
+        expect(tab.page.locator("#latched")).to_contain_text("stays locked until it is restarted")
+        assert simulator.stop()["true_pose"][2] < 0.1, "it fell"

@@ -2,10 +2,7 @@
 """axe-core looks at the page in all its states: at a desk, on a phone, in light and dark."""
 
 import socket
-from collections.abc import Iterator
-from contextlib import ExitStack
 
-import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, expect
 
@@ -24,78 +21,57 @@ LOOKS = {
 
 
 class Looks:
-    """The same page in all looks at once, and what axe found grave in any of them."""
+    """A page that is looked at in every way, and what axe found grave in any of them."""
 
-    def __init__(self, tabs: dict[str, Tab]) -> None:
-        self.tabs = tabs
+    def __init__(self, tab: Tab) -> None:
+        self.tab = tab
         self.found: list[str] = []
 
-    @property
-    def one(self) -> Tab:
-        """Whichever: what is done in it is seen in all."""
-        return next(iter(self.tabs.values()))
-
     def examine(self, state: str) -> None:
-        """All of them, as they are now."""
-        for look, tab in self.tabs.items():
-            self._examine(f"{state}-{look}", tab)
+        """As it is now, then with each part opened that can be."""
+        self._examine(state)
+        parts = self.tab.page.locator(CLOSED)
+        for number in range(parts.count()):
+            if parts.nth(number).is_visible() and parts.nth(number).is_enabled():
+                part = parts.nth(number).element_handle()
+                part.click()
+                self._examine(f"{state}-open{number + 1}")
+                part.click()
 
-    def open_all(self, state: str) -> None:
-        """Each part that can be opened, opened and closed again."""
-        for look, tab in self.tabs.items():
-            for number in range(tab.page.locator(CLOSED).count()):
-                part = tab.page.locator(CLOSED).nth(number)
-                if part.is_visible() and part.is_enabled():
-                    part.click()
-                    self._examine(f"{state}-open{number + 1}-{look}", tab)
-                    tab.page.keyboard.press("Escape")
-
-    def _examine(self, name: str, tab: Tab) -> None:
-        tab.shot(name)
-        for issue in Axe().run(tab.page).response["violations"]:
-            if issue["impact"] in GRAVE:
-                self.found += [f"{name}: {issue['id']}: {n['html']}" for n in issue["nodes"]]
+    def _examine(self, state: str) -> None:
+        for look, ((width, height), dark) in LOOKS.items():
+            self.tab.page.set_viewport_size({"width": width, "height": height})
+            self.tab.page.emulate_media(color_scheme="dark" if dark else "light")
+            self.tab.shot(f"{state}-{look}")
+            for issue in Axe().run(self.tab.page).response["violations"]:
+                if issue["impact"] in GRAVE:
+                    self.found += [
+                        f"{state}-{look}: {issue['id']}: {n['html']}" for n in issue["nodes"]
+                    ]
 
 
-@pytest.fixture
-def looks(browser: Browser) -> Iterator[tuple[Looks, GroundProcess, int]]:
-    """Pages of a station whose drone is not there yet, and the port that it will be at."""
+def test_no_state_of_the_page_shuts_anybody_out(browser: Browser) -> None:
     with socket.socket(type=socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port: int = free.getsockname()[1]
-    with ExitStack() as stack:
-        ground = stack.enter_context(GroundProcess(f"udp://127.0.0.1:{port}"))
-        tabs = {
-            name: stack.enter_context(tab_at(browser, ground.address, size, dark))
-            for name, (size, dark) in LOOKS.items()
-        }
-        yield Looks(tabs), ground, port
-
-
-def test_no_state_of_the_page_shuts_anybody_out(
-    looks: tuple[Looks, GroundProcess, int],
-) -> None:
-    shown, ground, port = looks
-    for tab in shown.tabs.values():
+    with (
+        GroundProcess(f"udp://127.0.0.1:{port}") as ground,
+        tab_at(browser, ground.address) as tab,
+    ):
+        looks = Looks(tab)
         tab.page.goto(ground.address)
         tab.until(lambda state: not state["can"]["goto"])
-    shown.examine("no-drone")
-    with SimulatorProcess("--world", "flat", "--speed", "2", port=port):
-        for tab in shown.tabs.values():
+        looks.examine("no-drone")
+        with SimulatorProcess("--world", "flat", "--speed", "2", port=port):
             tab.ready()
-        shown.examine("on-the-ground")
-        shown.open_all("on-the-ground")
-        shown.one.click(1.0, 0.2)
-        for tab in shown.tabs.values():
+            looks.examine("on-the-ground")
+            tab.click(1.0, 0.2)
             tab.until(lambda state: state["route"])
-        shown.examine("flying")
-        shown.open_all("flying")
-        shown.one.page.keyboard.press("Space")
-        for tab in shown.tabs.values():
+            looks.examine("flying")
+            tab.page.keyboard.press("Space")
             tab.until(lambda state: state["stop"]["confirmed"])
-        shown.examine("stopped")
-    ground.kill()
-    for tab in shown.tabs.values():
+            looks.examine("stopped")
+        ground.kill()
         expect(tab.page.locator("#link")).to_contain_text("gone")
-    shown.examine("no-server")
-    assert not shown.found, "\n".join(shown.found)
+        looks.examine("no-server")
+    assert not looks.found, "\n".join(looks.found)

@@ -59,6 +59,10 @@ class CommandRefused(GroundError):
         self.reason = reason
 
 
+class ParameterRefused(GroundError):
+    """A parameter does not take the value."""
+
+
 class BadWaypoints(GroundError):
     """Too many way points, none, or too far away."""
 

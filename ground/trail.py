@@ -6,6 +6,7 @@ from __future__ import annotations
 import bisect
 import math
 from collections import deque
+from dataclasses import replace
 
 from ground.core import RecordKind
 from ground.logstream import near
@@ -31,6 +32,7 @@ class Trail:
         self._corrected_ms: int | None = None
         self._lost_ms: int | None = None
         self.corrections = 0
+        self.last_correction: Record | None = None
 
     def __len__(self) -> int:
         return len(self._points)
@@ -95,6 +97,7 @@ class Trail:
     ) -> None:
         """What had grown since then is taken back; without a time, all of it after after_ms."""
         self.corrections += 1
+        self.last_correction = replace(by, drone_ms=at_ms)
         start_ms = since_ms if since_ms is not None else after_ms
         first = bisect.bisect_right(self._times_ms, start_ms) if start_ms is not None else 0
         last = bisect.bisect_left(self._times_ms, at_ms)

@@ -10,17 +10,22 @@ import asyncio
 import contextlib
 import logging
 import math
+from collections.abc import Sequence
 from typing import Protocol
 
 from ground.core import MissionCmd
 from ground.errors import GroundError, LinkUnavailable, StopLatched
+from ground.linkrate import LinkRate
 from ground.model import Point
 from ground.station import Station
+from ground.tuning import tune
 
 log = logging.getLogger(__name__)
 
 DEAD_MAN_S = 3.0
 STOP_AGAIN_S = 0.2
+AREA_SIDE_M = 0.5
+AREA = ("way.areaX0", "way.areaY0", "way.areaX1", "way.areaY1")
 SELF_TEST = "self_test"
 
 COMMANDS = {
@@ -32,7 +37,9 @@ COMMANDS = {
     "hold": MissionCmd.HOLD,
     "scan": MissionCmd.SCAN,
     "relocalise": MissionCmd.RELOCALISE,
+    "spin": MissionCmd.SPIN,
 }
+WAYS = {"fly": MissionCmd.FLY, "patrol": MissionCmd.PATROL}
 
 
 class Timeline(Protocol):
@@ -67,6 +74,7 @@ class Cockpit:
         """Why there is no station."""
         self.stop_latched = False
         self.timeline: Timeline | None = None
+        self.rate = LinkRate()
         self._dead_man_s = dead_man_s
         self._closing = False
         self._pages = 0
@@ -89,10 +97,9 @@ class Cockpit:
 
     async def command(self, name: str, goal: Point | None = None) -> None:
         """A command of COMMANDS, or SELF_TEST. Raises a GroundError with the sentence to show."""
-        if self.stop_latched:
-            raise StopLatched("STOP is pressed: release it first")
+        station = self._ready()
         if name == SELF_TEST:
-            await self._connected().set_parameter("way.selftest", 1)
+            await station.set_parameter("way.selftest", 1)
             return
         cmd = COMMANDS.get(name)
         if cmd is None:
@@ -101,8 +108,34 @@ class Cockpit:
             goal and math.isfinite(goal.x_m) and math.isfinite(goal.y_m)
         ):
             raise GroundError("a goal needs two numbers")
-        await self._connected().command(cmd, goal)
+        await station.command(cmd, goal)
         self._steered = cmd is not MissionCmd.LAND
+
+    async def fly_along(self, name: str, points: Sequence[Point]) -> None:
+        """A command of WAYS, along these points. Raises as command() does."""
+        station = self._ready()
+        await station.give_waypoints(points)
+        await station.command(WAYS[name])
+        self._steered = True
+
+    async def spin(self, turns: float) -> None:
+        """Turn in place so often, counter-clockwise if positive. Raises as command() does."""
+        await tune(self._ready(), "way.turns", turns)
+        await self.command("spin")
+
+    async def set_area(self, corner: Point, other: Point) -> None:
+        """The area that is explored and never left. Raises a GroundError."""
+        if abs(corner.x_m - other.x_m) < AREA_SIDE_M or abs(corner.y_m - other.y_m) < AREA_SIDE_M:
+            raise GroundError(f"an area is at least {AREA_SIDE_M:g} m wide and deep")
+        x_m, y_m = sorted((corner.x_m, other.x_m)), sorted((corner.y_m, other.y_m))
+        for name, value in zip(AREA, (x_m[0], y_m[0], x_m[1], y_m[1]), strict=True):
+            await self.set_parameter(name, value)
+
+    async def set_parameter(self, name: str, value: float) -> None:
+        """Write a parameter of group way and read it back. Raises a GroundError."""
+        if self.timeline:
+            raise GroundError("this is a recording")
+        await tune(self._connected(), name, value)
 
     def stop(self) -> None:
         """Cut the motors and stay so until release(). Sent again until confirmed."""
@@ -142,6 +175,11 @@ class Cockpit:
             log.warning("the page that steered is gone: the drone holds its place")
             with contextlib.suppress(GroundError):
                 await station.command(MissionCmd.HOLD)
+
+    def _ready(self) -> Station:
+        if self.stop_latched:
+            raise StopLatched("STOP is pressed: release it first")
+        return self._connected()
 
     def _connected(self) -> Station:
         if self.station is None:

@@ -8,17 +8,17 @@ import math
 import struct
 import time
 from collections.abc import Sequence
-from itertools import islice
 from typing import Any
 
-from ground.core import EventCode, MissionState, SelfTest
-from ground.model import Event, LinkState, Point
+from ground.core import MissionState, SelfTest
+from ground.model import LinkState, Point
 from ground.picture import Picture
 from ground.web.cockpit import Cockpit
 from ground.web.fleet import COLOURS, Fleet
+from ground.web.parameters import area_of
+from ground.web.status import status
 from ground.words import REASON_WORDS, SELF_TEST_WORDS, SOURCE_WORDS, STATE_WORDS
 
-EVENTS_SHOWN = 12
 MAP_HEADER = struct.Struct("<IHHfff")  # revision, side, reserved, cell, origin x and y [m]
 
 
@@ -49,7 +49,9 @@ def state_frame(
             "rate_hz": round(picture.map.rate_hz, 1),
             "ages_s": _ages(picture),
         },
-        "events": [_event(event) for event in islice(reversed(picture.events), EVENTS_SHOWN)],
+        "area": area_of(picture.parameters),
+        "odometry": _odometry(picture),
+        "status": status(cockpit, picture),
         "can": _permitted(cockpit, picture),
         "replay": _replay(cockpit),
     }
@@ -145,28 +147,12 @@ def _drone(picture: Picture) -> dict[str, Any]:
     return drone
 
 
-def _event(event: Event) -> dict[str, Any]:
-    words, level = "", "info"
-    match event.code:
-        case EventCode.STATE:
-            words = STATE_WORDS[MissionState(event.argument)]
-        case EventCode.REFUSED:
-            words, level = f"refused: {REASON_WORDS[event.reason]}", "warning"
-        case EventCode.FAULT:
-            words, level = REASON_WORDS[event.reason], "error"
-        case EventCode.ARRIVED:
-            words, level = "arrived", "good"
-        case EventCode.EXPLORED:
-            words, level = "everything that can be reached is explored", "good"
-            if event.argument:
-                words, level = "explored, but for places that looking did not show", "warning"
-        case EventCode.WAYPOINT:
-            words = f"at way point {event.argument + 1}"
-        case EventCode.SKIPPED:
-            words, level = f"way point left out: {REASON_WORDS[event.reason]}", "warning"
-        case EventCode.FOUND:
-            words, level = "it knows again where it is in its map", "good"
-    return {"n": event.sequence, "t": event.drone_ms / 1000, "words": words, "level": level}
+def _odometry(picture: Picture) -> list[float] | None:
+    """The firmware's own estimate, uncorrected: where it believes to be without SLAM."""
+    if picture.odometry is None:
+        return None
+    pose = picture.odometry.pose
+    return [_round(v) for v in (pose.x_m, pose.y_m, pose.yaw_rad)]
 
 
 def _permitted(cockpit: Cockpit, picture: Picture) -> dict[str, bool]:
@@ -181,6 +167,12 @@ def _permitted(cockpit: Cockpit, picture: Picture) -> dict[str, bool]:
         "home": flying,
         "hold": flying,
         "scan": flying,
+        "spin": ready,
+        "fly": ready,
+        "patrol": ready,
+        "area": ready,
+        "set": ready,
+        "manual": flying,
         "relocalise": ready and picture.map.known_cells > 0,
         "land": flying,
         "self_test": ready and _testable(picture),

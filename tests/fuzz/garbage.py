@@ -25,7 +25,7 @@ from ground.station import Station
 from ground.web.cockpit import Cockpit
 from ground.web.fleet import Fleet
 from ground.web.frames import NO_TRAIL, map_frame, state_frame
-from ground.web.server import Page
+from ground.web.page import Page
 from ground.wire import decode_message
 from tests.fuzz.damaged import ODD_FLOATS, SPECIAL, map_file, recording, world
 from tests.ground.fakelink import FakeLink

@@ -6,7 +6,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable
 
-from ground.core import Capability, MissionReason, SelfTest
+from ground.core import Capability, MissionCmd, MissionReason, SelfTest
 from ground.model import (
     Ack,
     Command,
@@ -23,6 +23,7 @@ from ground.model import (
     ParameterValue,
     Point,
     SetParameter,
+    Waypoints,
 )
 
 LOCKED = Health(1000, 4.0, 0.0, 0, 0, 0, 0, 0, supervisor=1 << 6, self_test=SelfTest.NOT_RUN)
@@ -85,6 +86,8 @@ class FakeLink:
                     self.acts.append(message)
                     self.on_command(message)
                 self.say(Ack(sequence, cmd, self._reason))
+            case Waypoints(sequence):
+                self.say(Ack(sequence, MissionCmd.NONE, self._reason))
             case SetParameter(name, value):
                 self.say(ParameterValue(name, value))
             case EmergencyStop():

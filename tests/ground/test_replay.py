@@ -16,7 +16,7 @@ from ground.recordfile import RecordFile
 from ground.station import Station, station_on
 from ground.web.cockpit import Cockpit
 from ground.web.frames import NO_TRAIL, state_frame
-from ground.web.server import wind
+from ground.web.wishes import wind
 from tests.ground.fakelink import HELLO
 from tests.ground.stations import packet_of
 

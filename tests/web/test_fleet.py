@@ -18,15 +18,8 @@ from ground.model import EmergencyStop, LinkChange, LinkState
 from ground.station import Station, station_on
 from ground.web.cockpit import Cockpit
 from ground.web.fleet import Fleet, Member, Place
-from ground.web.server import (
-    COMMANDS_AT_ONCE,
-    MESSAGE_BYTES,
-    PAGES,
-    WISHES_AT_ONCE,
-    WISHES_PER_S,
-    Rate,
-    make_app,
-)
+from ground.web.page import COMMANDS_AT_ONCE, WISHES_AT_ONCE, WISHES_PER_S, Rate
+from ground.web.server import MESSAGE_BYTES, PAGES, make_app
 from tests.ground.fakelink import FakeLink
 from tests.ground.stations import telemetry
 from tests.web.running import Running

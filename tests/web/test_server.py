@@ -32,6 +32,7 @@ from ground.model import (
 )
 from ground.station import Station
 from ground.web.cockpit import Cockpit
+from ground.web.events import events_frame
 from ground.web.fleet import Fleet
 from ground.web.frames import MAP_HEADER, NO_TRAIL, map_frame, state_frame
 from ground.web.server import make_app
@@ -190,8 +191,7 @@ def test_every_event_is_told_in_words(code: EventCode) -> None:
     cockpit = Cockpit(Station(FakeLink()))
     assert cockpit.station is not None
     cockpit.station.picture.take(Event(1, 100, code, 1, Point(0.0, 0.0)), 0.0)
-    text, _ = state_frame(cockpit, NO_TRAIL)
-    assert [bool(event["words"]) for event in json.loads(text)["events"]] == [True]
+    assert [bool(event["words"]) for event in json.loads(events_frame(cockpit))["rows"]] == [True]
 
 
 def test_to_find_itself_it_needs_a_map() -> None:

@@ -9,7 +9,7 @@ from ground.core import EventCode
 from ground.model import Event, Point
 from ground.station import Station
 from ground.web.cockpit import Cockpit
-from ground.web.frames import NO_TRAIL, state_frame
+from ground.web.events import events_frame
 from tests.ground.fakelink import FakeLink
 
 
@@ -17,6 +17,6 @@ from tests.ground.fakelink import FakeLink
 def test_what_was_given_up_is_not_called_explored(given_up: int, level: str) -> None:
     station = Station(FakeLink())
     station.picture.take(Event(0, 1000, EventCode.EXPLORED, given_up, Point(0.0, 0.0)), 1.0)
-    told = json.loads(state_frame(Cockpit(station), NO_TRAIL)[0])["events"][0]
+    told = json.loads(events_frame(Cockpit(station)))["rows"][0]
     assert told["level"] == level
     assert ("everything" in told["words"]) == (given_up == 0)

@@ -1,99 +1,62 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page shows the last state that the server sent and sends wishes back; it decides nothing.
+// Here the parts of the page are put together.
 
+import { Connection } from "./connection.js";
+import { forgetEvents, showEvents } from "./events.js";
+import { showFleet } from "./fleet.js";
+import { Hand } from "./hand.js";
 import { MapPanel } from "./map.js";
+import { answeredParameter, showParameters } from "./parameters.js";
+import { showStatus } from "./status.js";
+import { Stop } from "./stop.js";
 import { listenToTimeline, showTimeline } from "./timeline.js";
 
-const RECONNECT_MS = 1000;
-const STALE_MS = 2000;
+const WATCH_MS = 500;
 const TOAST_MS = 6000;
 
 const $ = (id) => document.getElementById(id);
+const connection = new Connection();
+const stop = new Stop(connection);
+const hand = new Hand((what) => connection.send(what));
 const map = new MapPanel({ wish, toast });
-let state = null;
-let heardAt = 0;
-let socket = null;
 let toastTimer = 0;
-let lastEvent = null;
-
-// --- connection ----------------------------------------------------------------------------------
-
-function connect() {
-  socket = new WebSocket(`ws://${location.host}/socket`);
-  socket.binaryType = "arraybuffer";
-  socket.onmessage = ({ data }) => {
-    heardAt = performance.now();
-    if (data instanceof ArrayBuffer) {
-      map.takeCells(data);
-      return;
-    }
-    const message = JSON.parse(data);
-    if (message.kind === "state") take(message);
-    else if (message.kind === "answer") answered(message);
-    else map.takeOther(message);
-  };
-  socket.onclose = () => {
-    showLink({ state: "closed", detail: "the ground station has gone" });
-    setTimeout(connect, RECONNECT_MS);
-  };
-}
 
 function wish(what) {
-  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(what));
-  else toast("no connection to the ground station");
+  if (!connection.send(what)) toast("no connection to the ground station");
 }
 
-function take(message) {
-  state = message;
-  map.take(message);
-  show();
-}
+const TAKE = {
+  state: takeState,
+  answer: takeAnswer,
+  events: (message) => showEvents(message, toast),
+  parameters: takeParameters,
+};
 
-function answered({ do: what, ok, words }) {
-  if (!ok) toast(`${label(what)} refused: ${words}`);
-  map.answered(what);
-}
-
-// --- showing -------------------------------------------------------------------------------------
-
-function show() {
-  const { mission, drone, link, can, map: cells, fleet } = state;
-  showFleet(fleet);
-  const { latched, confirmed } = state.stop;
-  $("state").textContent = latched || confirmed ? "stopped" : mission.words;
-  $("detail").textContent = mission.fault;
+function takeState(state) {
+  const { mission, link, can, fleet, replay } = state;
+  map.take(state);
+  stop.take(state);
+  hand.take(state);
+  showFleet(fleet, choose);
+  say($("state"), stop.on ? "stopped" : mission.words);
+  say($("detail"), mission.fault);
   showLink(link);
-  showTimeline(state.replay);
-  $("stop").hidden = latched;
-  const several = fleet.length > 1;
-  $("stop-whom").textContent = several ? "cuts all motors, all drones fall" : "cuts the motors, the drone falls";
-  $("latched").hidden = !latched && !confirmed;
-  $("release").hidden = !latched;
-  $("latched-text").textContent = confirmed
-    ? "The motors are cut. The drone stays locked until it is restarted."
-    : "STOP is being sent, again and again, until the drone confirms it.";
+  showTimeline(replay);
   for (const button of document.querySelectorAll("[data-do]")) button.disabled = !can[button.dataset.do];
-  const [x, y, z] = drone.pose ?? [];
-  $("position").textContent = drone.pose ? `${x.toFixed(2)}, ${y.toFixed(2)}` : "–";
-  $("height").textContent = drone.pose ? `${z.toFixed(2)} m` : "–";
-  $("path").textContent = drone.path_m === undefined ? "–" : `${drone.path_m.toFixed(1)} m`;
-  $("battery").textContent = drone.battery_v === undefined ? "–" : `${drone.battery_v.toFixed(2)} V`;
-  $("map-complete").textContent = `${Math.round(100 * cells.complete)} %`;
-  const oldest = Math.max(...cells.ages_s);
-  $("pieces").textContent = cells.rate_hz ? `${cells.rate_hz.toFixed(0)}/s, oldest ${oldest} s` : "–";
-  $("pulse").textContent = pulseWords(link);
-  const sent = (link.packets ?? 0) + (link.lost ?? 0);
-  $("lost").textContent = sent ? `${((100 * link.lost) / sent).toFixed(1)} %` : "–";
-  $("source").textContent = drone.source ?? "–";
-  $("self-test").textContent = drone.self_test?.words ?? "–";
-  $("self-test").dataset.state = drone.self_test?.state ?? "";
-  showEvents(state.events);
+  showStatus(state);
 }
 
-/** A heartbeat goes out twice a second. */
-function pulseWords({ round_trip_ms: ms, unanswered }) {
-  if (unanswered > 2) return `not for ${(unanswered / 2).toFixed(0)} s`;
-  return ms == null ? "–" : `in ${ms.toFixed(0)} ms`;
+function takeAnswer(answer) {
+  if (answer.do === "set") answeredParameter(answer);
+  else if (!answer.ok) toast(`${label(answer.do)} refused: ${answer.words}`);
+  map.answered(answer.do, answer);
+}
+
+function takeParameters({ rows }) {
+  showParameters(rows, (name, value) => wish({ do: "set", name, value }));
+  hand.takeParameters(rows);
+  stop.takeParameters(rows);
 }
 
 function showLink({ state: name, detail }) {
@@ -101,51 +64,16 @@ function showLink({ state: name, detail }) {
   $("link").lastElementChild.textContent = name === "connected" ? "connected" : detail;
 }
 
-/** All drones, where there are several: which one the rest of the page is about. */
-function showFleet(fleet) {
-  $("fleet").hidden = fleet.length < 2;
-  while ($("fleet").children.length < fleet.length) {
-    const [item, number] = [document.createElement("button"), $("fleet").children.length];
-    item.type = "button";
-    item.append(document.createElement("i"), document.createElement("b"), document.createElement("span"));
-    item.onclick = () => choose(number);
-    $("fleet").append(item);
-  }
-  fleet.forEach(({ name, colour, chosen, link, words }, n) => {
-    const item = $("fleet").children[n];
-    const [dot, label, text] = item.children;
-    item.ariaPressed = String(chosen);
-    item.title = name;
-    dot.style.background = colour;
-    label.textContent = `${n + 1}`;
-    text.textContent = link === "connected" ? words : link;
-  });
-}
-
 function choose(number) {
   wish({ do: "choose", drone: number });
-  lastEvent = null;
+  forgetEvents();
+  hand.toggle(false);
   map.forget();
 }
 
-function showEvents(events) {
-  const newest = events[0];
-  const key = newest ? `${newest.n}/${newest.t}` : "";
-  if (key === lastEvent) return;
-  if (lastEvent !== null && newest?.level === "warning") toast(newest.words);
-  lastEvent = key;
-  $("events").replaceChildren(...events.map(eventItem));
-}
-
-function eventItem({ t, words, level }) {
-  const item = document.createElement("li");
-  const time = document.createElement("time");
-  const text = document.createElement("span");
-  item.dataset.level = level;
-  time.textContent = `${t.toFixed(1)} s`;
-  text.textContent = words;
-  item.append(time, text);
-  return item;
+/** Only what changed is written: a screen reader reads it out. */
+function say(element, words) {
+  if (element.textContent !== words) element.textContent = words;
 }
 
 function toast(text) {
@@ -154,34 +82,23 @@ function toast(text) {
   toastTimer = setTimeout(() => ($("toast").textContent = ""), TOAST_MS);
 }
 
+const LABELS = { goto: "Goal", manual: "Flying by hand", area: "Area", fly: "Way points", patrol: "Patrol" };
+
 function label(what) {
-  if (what === "goto") return "Goal";
+  if (what in LABELS) return LABELS[what];
   const button = document.querySelector(`[data-do="${what}"]`);
   return button?.ariaLabel ?? button?.textContent ?? what;
 }
 
-function watchSilence() {
-  if (state && performance.now() - heardAt > STALE_MS) {
-    showLink({ state: "silent", detail: "the ground station is silent" });
-  }
-}
-
-// --- wishes --------------------------------------------------------------------------------------
-
-$("stop").onclick = () => wish({ do: "stop" });
-$("release").onclick = () => wish({ do: "release" });
 for (const button of document.querySelectorAll("[data-do]")) {
   button.onclick = () => wish({ do: button.dataset.do });
 }
-addEventListener("keydown", (event) => {
-  if (event.code !== "Space" || event.repeat || state?.replay) return;
-  event.preventDefault(); // also for a focused button: Space is STOP, everywhere
-  wish({ do: "stop" });
-});
-addEventListener("keyup", (event) => {
-  if (event.code === "Space" && !state?.replay) event.preventDefault();
-});
-
+connection.addEventListener("cells", ({ detail }) => map.takeCells(detail));
+connection.addEventListener("message", ({ detail }) => (TAKE[detail.kind] ?? map.takeOther.bind(map))(detail));
+connection.addEventListener("open", () => stop.show());
+connection.addEventListener("close", () => showLink({ state: "closed", detail: "the ground station has gone" }));
+setInterval(() => {
+  if (connection.isSilent) showLink({ state: "silent", detail: "the ground station is silent" });
+}, WATCH_MS);
 listenToTimeline(wish);
-connect();
-setInterval(watchSilence, STALE_MS / 4);
+connection.open();

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// STOP: cuts all motors at once. Pressed is pressed: what does not reach the ground station now goes
+// out as soon as it can, by WebSocket or as a plain request.
+
+const AGAIN_MS = 250;
+const TEXT_FIELDS = "input:not([type=range], [type=checkbox], [type=radio]), textarea, [contenteditable]";
+const $ = (id) => document.getElementById(id);
+
+export class Stop {
+  #connection;
+  #pressed = false; // here, and not known to the ground station yet
+  #latched = false;
+  #confirmed = false;
+  #replay = false;
+  #several = false;
+  #timer = 0;
+
+  constructor(connection) {
+    this.#connection = connection;
+    $("stop").onclick = () => this.press();
+    $("release").onclick = () => this.release();
+    connection.addEventListener("open", () => this.#pressed && this.#send());
+    connection.addEventListener("close", () => this.show());
+    addEventListener("keydown", (event) => this.#onKey(event), { capture: true });
+    addEventListener("keyup", (event) => this.#isStop(event) && event.preventDefault(), { capture: true });
+  }
+
+  press() {
+    if (this.#replay) return;
+    this.#pressed = true;
+    this.#send();
+    this.show();
+  }
+
+  release() {
+    this.#pressed = false;
+    this.#connection.send({ do: "release" });
+    this.show();
+  }
+
+  /** A state message of the server. */
+  take({ stop, replay, fleet }) {
+    this.#latched = stop.latched;
+    this.#confirmed = stop.confirmed;
+    this.#replay = Boolean(replay);
+    this.#several = fleet.length > 1;
+    if (stop.latched) this.#pressed = false;
+    this.show();
+  }
+
+  /** Rows of the parameter message: what the drone does when it hears nobody. */
+  takeParameters(rows) {
+    const of = (name) => rows.find((row) => row.name === `way.${name}`);
+    const [lost, time] = [of("lost"), of("lostTime")];
+    if (!lost || !time) return;
+    const what = lost.choices[lost.value];
+    say($("alone"), `A drone that hears no ground station for ${time.value} s is set to: ${what}.`);
+  }
+
+  get on() {
+    return this.#pressed || this.#latched || this.#confirmed;
+  }
+
+  show() {
+    const { isOpen } = this.#connection;
+    const all = this.#several;
+    $("stop").hidden = this.#latched || this.#pressed;
+    $("stop-whom").textContent = all ? "cuts all motors, all drones fall" : "cuts the motors, the drone falls";
+    $("latched").hidden = !this.on;
+    $("release").hidden = !this.#latched && !this.#pressed;
+    say($("latched-text"), this.#words(isOpen, all ? "The drones" : "The drone"));
+    $("unreachable").hidden = isOpen;
+  }
+
+  #words(isOpen, who) {
+    if (this.#pressed && !isOpen) {
+      return "STOP has NOT gone out: this page cannot reach the ground station. It is tried again and again.";
+    }
+    if (!this.#confirmed) return `STOP is being sent, again and again, until ${who.toLowerCase()} confirms it.`;
+    return this.#latched
+      ? `The motors are cut. Release lets this page command again; ${who.toLowerCase()} must be restarted to fly.`
+      : `The motors are cut. ${who} must be restarted: switch off and on again.`;
+  }
+
+  #send() {
+    clearTimeout(this.#timer);
+    if (!this.#pressed) return;
+    if (!this.#connection.send({ do: "stop" })) fetch("/stop", { method: "POST" }).catch(() => {});
+    this.#timer = setTimeout(() => this.#send(), AGAIN_MS);
+  }
+
+  /** Space is STOP everywhere but in a text field, also on a focused button. */
+  #onKey(event) {
+    if (!this.#isStop(event)) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (!event.repeat) this.press();
+  }
+
+  #isStop({ code, target }) {
+    return code === "Space" && !this.#replay && !target.closest?.(TEXT_FIELDS);
+  }
+}
+
+function say(element, words) {
+  if (element.textContent !== words) element.textContent = words;
+}

@@ -50,6 +50,7 @@ class Tab:
         self.state: Frame = {}
         self.states: list[Frame] = []
         self.trail: list[list[float]] = []
+        self.events: list[Frame] = []
         self.map = b""
         self.problems: list[str] = []
         self.page.on("websocket", self._listen)
@@ -69,7 +70,7 @@ class Tab:
 
     def reload(self) -> Tab:
         """As the user does it; until the drone is connected."""
-        self.state, self.trail, self.map = {}, [], b""
+        self.state, self.trail, self.events, self.map = {}, [], [], b""
         self.page.reload()
         return self.ready()
 
@@ -124,6 +125,8 @@ class Tab:
             self.map = payload
             return
         frame: Frame = json.loads(payload)
+        if frame["kind"] == "events":
+            self.events = frame["rows"]
         if frame["kind"] == "state":
             self.state = frame
             self.states.append(frame)

@@ -70,14 +70,14 @@ def test_a_click_into_another_room_is_flown_to(tab: Tab) -> None:
 def test_a_reload_on_the_way_loses_nothing(tab: Tab) -> None:
     on_its_way(tab)
     before, trail_before, map_before = tab.state, list(tab.trail), tab.map
+    events_before = list(tab.events)
     tab.reload()
     after = tab.state
     assert after["mission"]["state"] == "FOLLOW"
     assert after["drone"]["goal"] == before["drone"]["goal"]
     assert after["route"][-1] == before["route"][-1]
-    numbers = [event["n"] for event in after["events"]]
-    old = numbers.index(before["events"][0]["n"])
-    assert after["events"][old:] == before["events"][: len(after["events"]) - old]
+    tab.wait(lambda: tab.events)
+    assert tab.events[-len(events_before) :] == events_before
     settled = len(trail_before) // 2  # what is newer may still be corrected
     assert tab.trail[:settled] == trail_before[:settled]
     assert len(tab.trail) >= len(trail_before)
@@ -91,7 +91,7 @@ def test_a_second_tab_sees_the_same(tab: Tab) -> None:
     assert second.state["drone"]["goal"] == tab.state["drone"]["goal"]
     arrived(tab, place)
     second.wait(lambda: (second.map, second.trail) == (tab.map, tab.trail))
-    assert second.state["events"] == tab.state["events"]
+    second.wait(lambda: second.events == tab.events)
     second.press("Land")
     tab.until(lambda state: state["can"]["take_off"])
     assert second.problems == []

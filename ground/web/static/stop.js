@@ -68,7 +68,7 @@ export class Stop {
     $("stop-whom").textContent = all ? "cuts all motors, all drones fall" : "cuts the motors, the drone falls";
     $("latched").hidden = !this.on;
     $("release").hidden = !this.#latched && !this.#pressed;
-    say($("latched-text"), this.#words(isOpen, all ? "The drones" : "The drone"));
+    say($("latched-text"), this.#words(isOpen, all ? "Each drone" : "The drone"));
     $("unreachable").hidden = isOpen;
   }
 
@@ -77,9 +77,8 @@ export class Stop {
       return "STOP has NOT gone out: this page cannot reach the ground station. It is tried again and again.";
     }
     if (!this.#confirmed) return `STOP is being sent, again and again, until ${who.toLowerCase()} confirms it.`;
-    return this.#latched
-      ? `The motors are cut. Release lets this page command again; ${who.toLowerCase()} must be restarted to fly.`
-      : `The motors are cut. ${who} must be restarted: switch off and on again.`;
+    const stays = `The motors are cut. ${who} stays locked until it is restarted: switch it off and on.`;
+    return this.#latched ? `${stays} Release lets pages command again.` : stays;
   }
 
   #send() {

@@ -147,3 +147,14 @@ def bench_link(
     """Real cflib over real UDP: map stream, losses, commands, reconnecting, four drones."""
     if not _bench("link.command").run_link(json_file, seed, minutes, out):
         raise typer.Exit(1)
+
+
+@bench_app.command("page")
+def bench_page(
+    json_file: JsonFile = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the simulated drone.")] = 1,
+    seconds: Annotated[float, typer.Option(min=5.0, help="To look at an exploration.")] = 30.0,
+) -> None:
+    """Open the page in Chromium while a drone explores: how soon, how smooth, at what cost?"""
+    if not _bench("web.command").run_page(json_file, seed, seconds, out):
+        raise typer.Exit(1)

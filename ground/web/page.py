@@ -25,7 +25,7 @@ from ground.web.frames import NO_TRAIL, fleet_rows, map_frame, state_frame
 from ground.web.parameters import parameters_frame, parameters_version
 from ground.web.wishes import perform, wind
 
-STATE_PERIOD_S = 0.1
+STATE_PERIOD_S = 0.08
 MAP_EVERY = 3  # states between two maps, at least
 WISHES_PER_S = 10.0
 WISHES_AT_ONCE = 20.0

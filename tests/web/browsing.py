@@ -47,11 +47,9 @@ class Tab:
     def __init__(self, context: BrowserContext, address: str) -> None:
         self.page: Page = context.new_page()
         self.address = address
-        self.state: Frame = {}
+        self.socket: WebSocket | None = None
         self.states: list[Frame] = []
-        self.trail: list[list[float]] = []
-        self.events: list[Frame] = []
-        self.map = b""
+        self.forget()
         self.problems: list[str] = []
         self.page.on("websocket", self._listen)
         self.page.on("pageerror", lambda error: self.problems.append(str(error)))
@@ -70,7 +68,6 @@ class Tab:
 
     def reload(self) -> Tab:
         """As the user does it; until the drone is connected."""
-        self.state, self.trail, self.events, self.map = {}, [], [], b""
         self.page.reload()
         return self.ready()
 
@@ -117,10 +114,22 @@ class Tab:
         if CONNECTION_GONE not in text:
             self.problems.append(text)
 
-    def _listen(self, socket: WebSocket) -> None:
-        socket.on("framereceived", self._take)
+    def forget(self) -> None:
+        """Nothing of what came so far counts."""
+        self.state: Frame = {}
+        self.trail: list[list[float]] = []
+        self.events: list[Frame] = []
+        self.map = b""
 
-    def _take(self, payload: str | bytes) -> None:
+    def _listen(self, socket: WebSocket) -> None:
+        self.socket = socket
+        self.forget()
+        socket.on("framereceived", lambda payload: self._take(socket, payload))
+
+    def _take(self, socket: WebSocket, payload: str | bytes) -> None:
+        """What a page that was left is still sent is nobody's."""
+        if socket is not self.socket:
+            return
         if isinstance(payload, bytes):
             self.map = payload
             return

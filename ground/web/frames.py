@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a page is sent: the state as JSON, over ten times a second; the map as binary, when changed."""
+"""What a page is sent: the state as JSON, over ten times a second; the map, when it changed."""
 
 from __future__ import annotations
 

@@ -19,16 +19,6 @@ WAIT_MS = 120_000
 POLL_MS = 20
 CONNECTION_GONE = "ERR_CONNECTION_REFUSED"
 
-# The page keeps its view to itself: a draw that is listened to hands it over.
-LISTEN = """async () => {
-  const { View } = await import("/view.js");
-  const draw = View.prototype.draw;
-  View.prototype.draw = function (...given) {
-    globalThis.view = this;
-    return draw.apply(this, given);
-  };
-}"""
-
 Frame = dict[str, Any]
 
 
@@ -73,7 +63,6 @@ class Tab:
 
     def ready(self) -> Tab:
         """Wait for a drone that takes commands."""
-        self.page.evaluate(LISTEN)
         return self.until(lambda state: state["can"]["goto"])
 
     def until(self, condition: Callable[[Frame], object]) -> Tab:
@@ -92,8 +81,9 @@ class Tab:
         """Where that is on the page, in CSS pixels."""
         box = self.page.locator("#map").bounding_box()
         assert box is not None
-        self.page.wait_for_function("globalThis.view")
-        x_px, y_px = self.page.evaluate("([x, y]) => view.toScreen(x, y)", [x_m, y_m])
+        x_px, y_px = self.page.evaluate(
+            "([x, y]) => wayflie.map.camera.toScreen(x, y)", [x_m, y_m]
+        )
         return box["x"] + x_px, box["y"] + y_px
 
     def click(self, x_m: float, y_m: float) -> None:

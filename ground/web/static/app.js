@@ -95,7 +95,10 @@ for (const button of document.querySelectorAll("[data-do]")) {
 }
 connection.addEventListener("cells", ({ detail }) => map.takeCells(detail));
 connection.addEventListener("message", ({ detail }) => (TAKE[detail.kind] ?? map.takeOther.bind(map))(detail));
-connection.addEventListener("open", () => stop.show());
+connection.addEventListener("open", () => {
+  stop.show();
+  map.opened();
+});
 connection.addEventListener("close", () => showLink({ state: "closed", detail: "the ground station has gone" }));
 setInterval(() => {
   if (connection.isSilent) showLink({ state: "silent", detail: "the ground station is silent" });

@@ -1,108 +1,205 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Everything in the map's part of the page: what is drawn there, and what is done there.
+// Everything in the map's part of the page: puts together what is drawn there and what is done there.
 
-import { View, parseMap } from "./view.js";
+import { Gestures } from "./gestures.js";
+import { Keys } from "./keys.js";
+import { Layers } from "./layers.js";
+import { Preview } from "./preview.js";
+import { Tools } from "./tools.js";
+import { View } from "./view.js";
 
-const DRAG_PX = 6;
+const ZOOM = 1.3;
+const TURN_RAD = Math.PI / 12;
+const FRAME_MS_MAX = 100; // a page that slept does not leap
+const STEP_M = 0.05;
+const GHOST_POINTS = 4000;
+const SCALE_M = [0.1, 0.2, 0.5, 1, 2, 5, 10];
+const SCALE_PX = 60;
+const PEOPLE_MS = 2000;
 const $ = (id) => document.getElementById(id);
 
 export class MapPanel {
   /** wish() sends to the server, toast() tells the user. */
   constructor({ wish, toast }) {
-    this.wish = wish;
-    this.toast = toast;
-    this.view = new View($("map"));
+    [this.wish, this.toast] = [wish, toast];
     this.state = null;
-    this.trail = [];
     this.wanted = null; // the goal just clicked, until the drone takes or refuses it
-    this.listen($("map"));
-    $("zoom-in").onclick = () => this.view.zoom(1.3);
-    $("zoom-out").onclick = () => this.view.zoom(1 / 1.3);
-    $("fit").onclick = () => (this.view.auto = true);
-    $("ages").onclick = () => ($("ages").ariaPressed = String($("ages").ariaPressed !== "true"));
-    requestAnimationFrame(() => this.frame());
+    this.due = false;
+    this.then = performance.now();
+    this.trail = [];
+    const changed = () => this.changed();
+    this.view = new View($("map"), changed);
+    const camera = (this.camera = this.view.camera);
+    this.preview = new Preview({ wish, bubble: $("preview"), camera, changed });
+    this.tools = new Tools({ wish, camera, changed });
+    this.layers = new Layers($("layers-open"), $("layers"), () => this.choseLayers());
+    this.keys = new Keys($("map"), this);
+    this.forget();
+    new Gestures($("map"), camera, {
+      tap: (px, py) => this.tools.tap(px, py) || this.go(camera.toWorld(px, py)),
+      hold: (px, py) => this.look(camera.toWorld(px, py)),
+      hover: (px, py) => this.hover(px, py),
+      leave: () => this.keys.cross ?? this.preview.clear(),
+      grab: (px, py) => this.tools.grab(px, py),
+      changed,
+    });
+    this.listen();
+    globalThis.wayflie = { map: this }; // for tests and the console
+  }
+
+  listen() {
+    const { camera } = this;
+    const on = (id, act) => ($(id).onclick = () => (act(), this.changed()));
+    on("zoom-in", () => camera.zoom(ZOOM));
+    on("zoom-out", () => camera.zoom(1 / ZOOM));
+    on("turn-left", () => camera.turn(TURN_RAD));
+    on("turn-right", () => camera.turn(-TURN_RAD));
+    on("compass", () => camera.turn(-camera.angle));
+    on("fit", () => (camera.mode = camera.mode === "fit" ? "free" : "fit"));
+    on("follow", () => (camera.mode = camera.mode === "follow" ? "free" : "follow"));
+  }
+
+  /** The socket to the server is open. */
+  opened() {
+    this.wish({ do: "layers", want: this.layers.asked });
   }
 
   /** A state message of the server. */
   take(message) {
-    const { can, map } = (this.state = message);
-    this.trail = [...this.trail.slice(0, message.trail_from), ...message.trail];
+    this.state = message;
+    const { trail, trail_from: from, can, drone } = message;
+    if (trail.length || from < this.trail.length) this.trail = [...this.trail.slice(0, from), ...trail];
+    this.followGhost(drone.time_s, message.odometry);
     $("map").style.cursor = can.goto ? "crosshair" : "default";
-    $("hint").hidden = !can.goto || this.trail.length > 0;
-    this.view.ages = $("ages").ariaPressed === "true" ? map.ages_s : null;
+    $("hint").hidden = !can.goto || this.trail.length > 0 || this.tools.mode !== null;
+    for (const id of ["tool-points", "tool-area"]) $(id).disabled = !can.goto;
+    const key = JSON.stringify([drone, message.odometry, message.area, message.route, message.fleet, trail, from]);
+    if (key !== this.drawnOf || this.layers.shown.age) this.changed();
+    this.drawnOf = key;
   }
 
   /** A map message. */
   takeCells(buffer) {
-    this.view.setMap(parseMap(buffer));
+    this.view.takeCells(buffer);
+    this.changed();
   }
 
   /** Any other message; those that are not about the map are left alone. */
-  takeOther() {}
+  takeOther(message) {
+    if (message.kind === "preview") this.preview.take(message);
+    if (message.kind !== "layers") return;
+    this.tree = message.tree ?? this.tree;
+    this.frontiers = message.frontiers ?? this.frontiers;
+    const at = performance.now();
+    const seen = (message.people ?? []).map((place) => ({ place, at }));
+    this.people = [...this.people.filter((one) => at - one.at < PEOPLE_MS), ...seen];
+    this.changed();
+  }
 
   /** A wish of that name was answered. */
-  answered(what) {
+  answered(what, { ok }) {
     if (what === "goto") this.wanted = null;
+    if (!ok) this.tools.refused(what);
+    this.changed();
   }
 
   /** Another drone is looked at. */
   forget() {
     this.wanted = null;
+    this.trail = [];
+    this.ghostTrail = [];
+    this.ghostS = 0;
+    [this.tree, this.frontiers, this.people] = [[], [], []];
+    this.preview.clear();
+    this.tools.forget();
     this.view.forget();
+    this.changed();
   }
 
-  frame() {
-    const { state, view } = this;
-    view.draw(state?.drone, state?.route ?? [], this.trail, this.wanted ?? state?.drone.goal, state?.fleet ?? []);
-    this.showScale();
-    requestAnimationFrame(() => this.frame());
-  }
-
-  showScale() {
-    const metres = [0.5, 1, 2, 5, 10].find((m) => m * this.view.scale >= 60) ?? 10;
-    $("scale-bar").style.width = `${metres * this.view.scale}px`;
-    $("scale-text").textContent = `${metres} m`;
-  }
-
-  setGoal(px, py) {
+  go([x, y]) {
     if (!this.state?.can.goto) return;
-    const [x, y] = this.view.toWorld(px, py);
+    this.tools.forget();
     this.wanted = [x, y];
+    this.preview.clear();
+    this.keys.cross = null;
     this.wish({ do: "goto", x, y });
+    this.changed();
   }
 
-  listen(canvas) {
-    const touches = new Map();
-    let moved = 0;
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      if (!touches.size) moved = 0;
-      touches.set(event.pointerId, [event.offsetX, event.offsetY]);
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      const before = touches.get(event.pointerId);
-      if (!before) return;
-      const now = [event.offsetX, event.offsetY];
-      const [dx, dy] = [now[0] - before[0], now[1] - before[1]];
-      moved += Math.hypot(dx, dy);
-      const other = [...touches].find(([id]) => id !== event.pointerId)?.[1];
-      if (other) {
-        const [was, is] = [before, now].map((p) => Math.hypot(p[0] - other[0], p[1] - other[1]));
-        if (was > 1) this.view.zoom(is / was, ...other);
-      } else if (moved > DRAG_PX) {
-        this.view.pan(dx, dy);
-      }
-      touches.set(event.pointerId, now);
-    });
-    canvas.addEventListener("pointerup", (event) => {
-      const alone = touches.size === 1;
-      touches.delete(event.pointerId);
-      if (alone && moved <= DRAG_PX && event.button === 0) this.setGoal(event.offsetX, event.offsetY);
-    });
-    canvas.addEventListener("pointercancel", (event) => touches.delete(event.pointerId));
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      this.view.zoom(Math.exp(-event.deltaY / 400), event.offsetX, event.offsetY);
-    }, { passive: false });
+  hover(px, py) {
+    this.keys.cross = null;
+    if (this.tools.mode === "area") this.preview.clear();
+    else this.look(this.camera.toWorld(px, py));
+  }
+
+  /** Show what would come of a goal there. */
+  look(place) {
+    if (this.layers.shown.preview && this.state?.can.goto) this.preview.ask(place);
+  }
+
+  choseLayers() {
+    if (!this.layers.shown.preview) this.preview.clear();
+    this.wish({ do: "layers", want: this.layers.asked });
+    this.changed();
+  }
+
+  /** Where the firmware's own estimate went, for as long as this page looks on. */
+  followGhost(timeS, odometry) {
+    if (timeS < this.ghostS) this.ghostTrail = []; // another flight, or a recording wound back
+    this.ghostS = timeS ?? 0;
+    if (!odometry) return;
+    const [x, y] = odometry;
+    const last = this.ghostTrail.at(-1);
+    if (!last || Math.hypot(x - last[0], y - last[1]) > STEP_M) this.ghostTrail.push([x, y]);
+    if (this.ghostTrail.length > GHOST_POINTS) this.ghostTrail.splice(0, GHOST_POINTS / 4);
+  }
+
+  /** Draw soon. */
+  changed() {
+    if (this.due) return;
+    this.due = true;
+    requestAnimationFrame((now) => this.frame(now));
+  }
+
+  frame(now) {
+    this.due = false;
+    const elapsedMs = Math.min(FRAME_MS_MAX, Math.max(1, now - this.then));
+    this.then = now;
+    const moving = this.view.draw(this.scene(), elapsedMs);
+    this.preview.show();
+    this.showTools();
+    if (moving) this.changed();
+  }
+
+  scene() {
+    const { state, layers, trail, ghostTrail, tree, frontiers, people, tools } = this;
+    return {
+      layers: layers.shown,
+      drone: state?.drone,
+      fleet: state?.fleet ?? [],
+      odometry: state?.odometry,
+      area: state?.area,
+      ages: state?.map.ages_s,
+      route: state?.route ?? [],
+      goal: this.wanted ?? state?.drone.goal,
+      preview: this.preview.fits,
+      cross: this.keys.cross,
+      trail, ghostTrail, tree, frontiers, people, tools,
+    };
+  }
+
+  showTools() {
+    const { camera, state, layers } = this;
+    $("fit").ariaPressed = String(camera.mode === "fit");
+    $("follow").ariaPressed = String(camera.mode === "follow");
+    $("compass").hidden = camera.angle === 0;
+    $("compass").firstElementChild.style.transform = `rotate(${-camera.angle}rad)`;
+    const metres = SCALE_M.find((m) => m * camera.scale >= SCALE_PX) ?? SCALE_M.at(-1);
+    $("scale-bar").style.width = `${metres * camera.scale}px`;
+    $("scale-text").textContent = `${metres} m`;
+    const pose = state?.drone.pose;
+    const ghost = layers.shown.odometry && pose && state.odometry;
+    $("legend").hidden = !ghost;
+    if (ghost) $("legend-off").textContent = `${Math.hypot(ghost[0] - pose[0], ghost[1] - pose[1]).toFixed(2)} m off`;
   }
 }

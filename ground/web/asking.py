@@ -41,7 +41,7 @@ class Asking:
     def __init__(self, send: Send, station: Callable[[], Station | None]) -> None:
         self._send = send
         self._station = station
-        self._place: Point | None = None
+        self._question: tuple[Point, Point | None] | None = None
         self._asked = asyncio.Event()
         self._want: frozenset[str] = frozenset()
         self._busy = asyncio.Lock()
@@ -51,11 +51,9 @@ class Asking:
         """A wish of the page. @return False if it is none of these"""
         match wish:
             case {"do": "ask", "x": int() | float() as x, "y": int() | float() as y}:
-                with contextlib.suppress(OverflowError):  # JSON knows no largest number
-                    place = Point(float(x), float(y))
-                    if math.isfinite(place.x_m) and math.isfinite(place.y_m):
-                        self._place = place
-                        self._asked.set()
+                if (place := _place(x, y)) is not None:
+                    self._question = place, _start(wish)
+                    self._asked.set()
             case {"do": "layers", "want": list(names)}:
                 self._want = frozenset(name for name in LAYERS if name in names)
                 self._told = None
@@ -74,13 +72,15 @@ class Asking:
         while True:
             await self._asked.wait()
             self._asked.clear()
-            if (place := self._place) is not None:
-                await self._send(await self._preview(place))
+            if self._question is not None:
+                await self._send(await self._preview(*self._question))
             await asyncio.sleep(ASK_PERIOD_S)
 
-    async def _preview(self, place: Point) -> Message:
+    async def _preview(self, place: Point, start: Point | None) -> Message:
         answer = {"kind": "preview", "x": place.x_m, "y": place.y_m}
         known = self._known()
+        if known is not None and start is not None:
+            known = known.seen_from(start)
         if known is None:
             return answer | {"ok": False, "words": NO_DATA, "path": []}
         found = await self._compute(preview, known, place)
@@ -154,6 +154,21 @@ def _version(picture: Picture) -> object:
     place = round(pose.x_m / MOVED_M), round(pose.y_m / MOVED_M)
     limits = tuple(picture.parameters.items())
     return id(picture), picture.map.revision, place, goal, picture.state, limits
+
+
+def _place(x: float, y: float) -> Point | None:
+    with contextlib.suppress(OverflowError):  # JSON knows no largest number
+        place = Point(float(x), float(y))
+        if math.isfinite(place.x_m) and math.isfinite(place.y_m):
+            return place
+    return None
+
+
+def _start(wish: Message) -> Point | None:
+    match wish:
+        case {"from": [int() | float() as x, int() | float() as y]}:
+            return _place(x, y)
+    return None
 
 
 def _row(frontier: Frontier) -> list[float]:

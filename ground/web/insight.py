@@ -7,7 +7,7 @@ Everything here works on a Known, which is a copy: any thread may call it while 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +63,12 @@ class Known:
             picture.health,
             tuple((n, v) for n, v in picture.parameters.items() if n in _PARAMETERS),
         )
+
+
+    def seen_from(self, start: Point) -> Known:
+        """The same, but for where the drone is."""
+        pose = Pose(start.x_m, start.y_m, self.pose.z_m, self.pose.yaw_rad)
+        return replace(self, pose=pose)
 
 
 @dataclass(frozen=True, slots=True)

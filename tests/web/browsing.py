@@ -81,9 +81,7 @@ class Tab:
         """Where that is on the page, in CSS pixels."""
         box = self.page.locator("#map").bounding_box()
         assert box is not None
-        x_px, y_px = self.page.evaluate(
-            "([x, y]) => wayflie.map.camera.toScreen(x, y)", [x_m, y_m]
-        )
+        x_px, y_px = self.page.evaluate("([x, y]) => wayflie.map.camera.toScreen(x, y)", [x_m, y_m])
         return box["x"] + x_px, box["y"] + y_px
 
     def click(self, x_m: float, y_m: float) -> None:

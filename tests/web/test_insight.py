@@ -91,6 +91,13 @@ def test_the_way_leads_there_and_keeps_its_distance() -> None:
             assert off.min() * CELL_M > 0.15
 
 
+def test_a_way_can_begin_elsewhere() -> None:
+    answer = preview(FLYING.seen_from(Point(1.0, 0.5)), THERE)
+    assert answer.length_m == pytest.approx(1.0, abs=0.05)
+    blocked = FLYING.seen_from(Point(3.1, 3.1))
+    assert preview(blocked, THERE).reason is MissionReason.GOAL_UNREACHABLE
+
+
 def test_a_wider_clearance_closes_a_narrow_way() -> None:
     states = room()
     states[WALL_TO : TOP - 9, WALL] = CellState.OCCUPIED  # leaves 0.45 m

@@ -24,6 +24,7 @@ export class MapPanel {
     [this.wish, this.toast] = [wish, toast];
     this.state = null;
     this.wanted = null; // the goal just clicked, until the drone takes or refuses it
+    this.pointer = null; // where the mouse rests
     this.due = false;
     this.then = performance.now();
     this.trail = [];
@@ -39,7 +40,7 @@ export class MapPanel {
       tap: (px, py) => this.tools.tap(px, py) || this.go(camera.toWorld(px, py)),
       hold: (px, py) => this.look(camera.toWorld(px, py)),
       hover: (px, py) => this.hover(px, py),
-      leave: () => this.keys.cross ?? this.preview.clear(),
+      leave: () => this.leave(),
       grab: (px, py) => this.tools.grab(px, py),
       changed,
     });
@@ -73,6 +74,7 @@ export class MapPanel {
     $("map").style.cursor = can.goto ? "crosshair" : "default";
     $("hint").hidden = !can.goto || this.trail.length > 0 || this.tools.mode !== null;
     for (const id of ["tool-points", "tool-area"]) $(id).disabled = !can.goto;
+    this.preview.refresh();
     const key = JSON.stringify([drone, message.odometry, message.area, message.route, message.fleet, trail, from]);
     if (key !== this.drawnOf || this.layers.shown.age) this.changed();
     this.drawnOf = key;
@@ -128,13 +130,20 @@ export class MapPanel {
 
   hover(px, py) {
     this.keys.cross = null;
+    this.pointer = [px, py];
     if (this.tools.mode === "area") this.preview.clear();
     else this.look(this.camera.toWorld(px, py));
   }
 
+  leave() {
+    this.pointer = null;
+    if (!this.keys.cross) this.preview.clear();
+  }
+
   /** Show what would come of a goal there. */
   look(place) {
-    if (this.layers.shown.preview && this.state?.can.goto) this.preview.ask(place);
+    const from = this.tools.points.at(-1);
+    if (this.layers.shown.preview && this.state?.can.goto) this.preview.ask(place, from);
   }
 
   choseLayers() {
@@ -168,7 +177,9 @@ export class MapPanel {
     const moving = this.view.draw(this.scene(), elapsedMs);
     this.preview.show();
     this.showTools();
-    if (moving) this.changed();
+    if (!moving) return;
+    this.changed();
+    if (this.pointer && this.preview.place) this.hover(...this.pointer); // the map moves below it
   }
 
   scene() {

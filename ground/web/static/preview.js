@@ -3,6 +3,7 @@
 // station computes it with the drone's own code; here it is asked for and shown.
 
 const ASK_MS = 120;
+const AGAIN_MS = 1000;
 const NEAR_M = 0.03; // an answer for a place as near as this is one for it
 const EDGE_PX = 12;
 
@@ -14,17 +15,24 @@ export class Preview {
     this.timer = 0;
   }
 
-  /** What would it do if it were sent there? The newest question counts. */
-  ask(place) {
+  /** What would it do if it were sent there, from where it is or from another place? The newest
+   * question counts. */
+  ask(place, from) {
     if (this.place && distance(place, this.place) < 1e-6) return;
-    this.place = place;
+    [this.place, this.from] = [place, from];
     this.timer ||= setTimeout(() => this.send(), this.answer ? ASK_MS : 0);
     this.changed();
   }
 
   send() {
     this.timer = 0;
-    if (this.place) this.wish({ do: "ask", x: this.place[0], y: this.place[1] });
+    this.askedAt = performance.now();
+    if (this.place) this.wish({ do: "ask", x: this.place[0], y: this.place[1], from: this.from });
+  }
+
+  /** The drone moves on: ask again from time to time. */
+  refresh() {
+    if (this.answer && performance.now() - this.askedAt > AGAIN_MS) this.timer ||= setTimeout(() => this.send(), 0);
   }
 
   take(answer) {

@@ -16,7 +16,9 @@ export class Tools {
     this.held = -1; // the point that is being dragged
     this.area = null; // [x0, y0, x1, y1], as drawn
     this.corner = null; // where the keyboard began it
-    for (const mode of ["points", "area"]) $(`tool-${mode}`).onclick = () => this.enter(this.mode === mode ? null : mode);
+    for (const mode of ["points", "area"]) {
+      $(`tool-${mode}`).onclick = () => this.enter(this.mode === mode ? null : mode);
+    }
     $("draft-fly").onclick = () => this.send("fly");
     $("draft-patrol").onclick = () => this.send("patrol");
     $("draft-use").onclick = () => this.send("area");

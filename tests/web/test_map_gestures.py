@@ -1,132 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hands on the map: mouse, wheel, fingers and keys, and what the page asks the server for then."""
+"""Hands on the map: mouse, wheel, fingers and keys look about and send the drone."""
 
-import json
 import math
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, CDPSession, Page, WebSocket, expect
+from playwright.sync_api import Browser, expect
 
-from ground.core import CellState, MissionReason, MissionState
-from ground.model import MapPiece, Point, Pose, Telemetry
+from ground.core import CellState
+from ground.model import MapPiece
 from tests.ground.stations import packet_of
-from tests.web.browsing import DESK, PHONE, browsing
+from tests.web.browsing import DESK, PHONE
+from tests.web.mapped import WAIT_MS, Fingers, Map, hovering, map_of_a_hovering_drone
 from tests.web.threaded import Ground
 
-Place = tuple[float, float]
-Json: TypeAlias = Any  # whatever the page says
-WAIT_MS = 20_000
 FREE, WALL = bytes([CellState.FREE] * 64), bytes([CellState.OCCUPIED] * 64)
 
 
-def hovering(x_m: float, y_m: float) -> Telemetry:
-    pose = Pose(x_m, y_m, 0.4, 0.0)
-    return Telemetry(1000, pose, Point(0.0, 0.0), MissionState.HOVER, MissionReason.OK, 100)
-
-
-class Map:
-    """The page's map, what the page has sent, and a drone in memory behind it."""
-
-    def __init__(self, page: Page, ground: Ground) -> None:
-        self.page, self.ground = page, ground
-        self.sent: list[dict[str, Any]] = []
-        page.on("websocket", self._listen)
-        page.goto(ground.address)
-        expect(page.locator("#state")).to_have_text("holding its place", timeout=WAIT_MS)
-        self.rest()
-
-    def _listen(self, socket: WebSocket) -> None:
-        socket.on("framesent", lambda payload: self.sent.append(json.loads(payload)))
-
-    def ask(self, expression: str) -> Json:
-        return self.page.evaluate(f"() => {{ const map = wayflie.map; return {expression}; }}")
-
-    def wait(self, condition: Callable[[], object]) -> None:
-        for _ in range(WAIT_MS // 20):
-            if condition():
-                return
-            self.page.wait_for_timeout(20)
-        raise AssertionError("it did not happen")
-
-    def rest(self) -> None:
-        """Until nothing glides any more."""
-        before = [-1]
-
-        def still() -> bool:
-            now = self.ask("[map.view.frames, map.due]")
-            done, before[:] = now == before, now
-            self.page.wait_for_timeout(100)
-            return done
-
-        self.wait(still)
-
-    def at(self, x_m: float, y_m: float) -> Place:
-        """On the page, in pixels; the map begins at its upper left corner."""
-        found = self.ask(f"map.camera.toScreen({x_m}, {y_m})")
-        return found[0], found[1]
-
-    def wishes(self, what: str) -> list[dict[str, Any]]:
-        return [wish for wish in self.sent if wish["do"] == what]
-
-    def sent_goal(self) -> Place:
-        """The first that it was sent to; waits for it."""
-        self.wait(lambda: self.wishes("goto"))
-        goal = self.wishes("goto")[0]
-        return goal["x"], goal["y"]
-
-    def drag(self, start: Place, end: Place) -> None:
-        mouse = self.page.mouse
-        mouse.move(*start)
-        mouse.down()
-        mouse.move(*end, steps=5)
-        mouse.up()
+@pytest.fixture
+def desk(browser: Browser) -> Iterator[Map]:
+    with map_of_a_hovering_drone(browser, DESK) as desk:
+        yield desk
 
 
 @pytest.fixture
-def ground() -> Iterator[Ground]:
-    ground = Ground()
-    with ground.running():
-        ground.call(lambda: ground.link.say(hovering(0.5, -0.25)))
-        yield ground
-
-
-@pytest.fixture
-def desk(browser: Browser, ground: Ground) -> Iterator[Map]:
-    with browsing(browser, DESK) as context:
-        context.on("weberror", lambda error: pytest.fail(str(error.error)))
-        yield Map(context.new_page(), ground)
-
-
-@pytest.fixture
-def phone(browser: Browser, ground: Ground) -> Iterator[Map]:
-    with browsing(browser, PHONE) as context:
-        yield Map(context.new_page(), ground)
-
-
-class Fingers:
-    """Two hands' worth of touches, moved in small steps."""
-
-    def __init__(self, page: Page) -> None:
-        self._session: CDPSession = page.context.new_cdp_session(page)
-
-    def put(self, *places: Place) -> None:
-        self._send("touchStart", places)
-
-    def move(self, *ways: tuple[Place, Place]) -> None:
-        for share in (0.2, 0.4, 0.6, 0.8, 1.0):
-            between = [
-                (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])) for a, b in ways
-            ]
-            self._send("touchMove", between)
-
-    def lift(self) -> None:
-        self._send("touchEnd", ())
-
-    def _send(self, kind: str, places: Sequence[Place]) -> None:
-        points = [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(places)]
-        self._session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+def phone(browser: Browser) -> Iterator[Map]:
+    with map_of_a_hovering_drone(browser, PHONE) as phone:
+        yield phone
 
 
 def a_wall_ahead(ground: Ground) -> None:
@@ -273,96 +173,3 @@ def test_the_keyboard_alone_goes(desk: Map) -> None:
     assert desk.wishes("goto") == []
     keyboard.press("Enter")
     assert desk.sent_goal() == pytest.approx((x, y))
-
-
-# --- drawing -------------------------------------------------------------------------------------
-
-
-def test_way_points_are_drawn_mended_and_flown(desk: Map) -> None:
-    page = desk.page
-    page.get_by_role("button", name="Way points").click()
-    places = [(1.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
-    for place in places:
-        page.mouse.click(*desk.at(*place))
-    words = page.locator("#draft-text")
-    expect(words).to_have_text("4 way points")
-    page.keyboard.press("Backspace")
-    expect(words).to_have_text("3 way points")
-    desk.drag(desk.at(1.0, 1.0), desk.at(0.5, 0.8))
-    expect(words).to_have_text("3 way points")
-    page.keyboard.press("Enter")
-    desk.wait(lambda: desk.wishes("fly"))
-    points = desk.wishes("fly")[0]["points"]
-    assert points == [
-        pytest.approx(place, abs=0.02) for place in ((1.0, 0.0), (0.5, 0.8), (-1.0, 1.0))
-    ]
-    assert desk.wishes("goto") == []
-
-
-def test_way_points_are_left_without_a_trace(desk: Map) -> None:
-    page = desk.page
-    page.get_by_role("button", name="Way points").click()
-    page.mouse.click(*desk.at(1.0, 0.0))
-    page.keyboard.press("Escape")
-    expect(page.locator("#draft")).to_be_hidden()
-    page.get_by_role("button", name="Way points").click()
-    page.mouse.click(*desk.at(-1.0, 0.5))
-    page.get_by_role("button", name="Patrol").click()
-    desk.wait(lambda: desk.wishes("patrol"))
-    assert desk.wishes("patrol")[0]["points"] == [pytest.approx((-1.0, 0.5), abs=0.02)]
-
-
-@pytest.mark.parametrize("turned", [False, True])
-def test_an_area_is_drawn_and_sent(desk: Map, turned: bool) -> None:
-    page = desk.page
-    if turned:
-        page.get_by_role("button", name="Turn the map left").click()
-        desk.rest()
-    page.get_by_role("button", name="Area").click()
-    use = page.get_by_role("button", name="Use")
-    expect(use).to_be_disabled()
-    desk.drag(desk.at(1.5, -1.0), desk.at(-1.0, 1.2))
-    expect(page.locator("#draft-text")).to_have_text("2.5 \u00d7 2.2 m")
-    use.click()
-    desk.wait(lambda: desk.wishes("area"))
-    area = desk.wishes("area")[0]
-    drawn = [area[name] for name in ("x0", "y0", "x1", "y1")]
-    assert drawn == pytest.approx([-1.0, -1.0, 1.5, 1.2], abs=0.03)
-    assert desk.wishes("goto") == []
-
-
-def test_the_keyboard_alone_draws(desk: Map) -> None:
-    keyboard = desk.page.keyboard
-    desk.page.get_by_role("button", name="Area").focus()
-    keyboard.press("Enter")
-    keyboard.press("p")
-    for key, times in (("Shift+ArrowRight", 10), ("Shift+ArrowUp", 8)):
-        for _ in range(times):
-            keyboard.press(key)
-    expect(desk.page.locator("#draft-text")).to_have_text("1.0 \u00d7 0.8 m")
-    keyboard.press("Enter")
-    desk.wait(lambda: desk.wishes("area"))
-
-
-# --- layers --------------------------------------------------------------------------------------
-
-
-def test_layers_are_chosen_by_keyboard_and_remembered(desk: Map) -> None:
-    page = desk.page
-    first = ["people"]
-    desk.wait(lambda: [wish["want"] for wish in desk.wishes("layers")] == [first])
-    page.get_by_role("button", name="Layers").focus()
-    page.keyboard.press("Enter")
-    frontiers = page.get_by_label("Frontiers")
-    while not frontiers.evaluate("box => box === document.activeElement"):
-        page.keyboard.press("ArrowDown")
-    page.keyboard.press("Enter")
-    expect(frontiers).to_be_checked()
-    page.keyboard.press("Escape")
-    expect(frontiers).to_be_hidden()
-    expect(page.get_by_role("button", name="Layers")).to_be_focused()
-    desk.wait(lambda: desk.wishes("layers")[-1]["want"] == ["people", "frontiers"])
-    desk.sent.clear()
-    page.reload()
-    desk.wait(lambda: desk.wishes("layers"))
-    assert desk.wishes("layers")[0]["want"] == ["people", "frontiers"]

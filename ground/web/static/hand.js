@@ -114,7 +114,8 @@ export class Hand {
 
   #onKey(event, down) {
     const { code, target } = event;
-    const used = this.#on && code in KEYS && !target.closest?.(FIELDS) && !event.ctrlKey && !event.metaKey;
+    const elsewhere = target.closest?.(FIELDS) || (event.shiftKey && target.id === "map"); // its cross
+    const used = this.#on && code in KEYS && !elsewhere && !event.ctrlKey && !event.metaKey;
     if (!used && (down || !this.#held.has(code))) return;
     event.preventDefault();
     event.stopPropagation();

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The page's map in a real browser, with a drone in memory behind it, and hands to move it."""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, TypeAlias
+
+from playwright.sync_api import Browser, CDPSession, Page, WebSocket, expect
+
+from ground.core import MissionReason, MissionState
+from ground.model import Point, Pose, Telemetry
+from tests.web.browsing import browsing
+from tests.web.threaded import Ground
+
+Place = tuple[float, float]
+Json: TypeAlias = Any  # whatever the page says
+WAIT_MS = 20_000
+
+
+def hovering(x_m: float, y_m: float) -> Telemetry:
+    pose = Pose(x_m, y_m, 0.4, 0.0)
+    return Telemetry(1000, pose, Point(0.0, 0.0), MissionState.HOVER, MissionReason.OK, 100)
+
+
+class Map:
+    """The page's map, what the page has sent, and a drone in memory behind it."""
+
+    def __init__(self, page: Page, ground: Ground) -> None:
+        self.page, self.ground = page, ground
+        self.sent: list[dict[str, Any]] = []
+        page.on("websocket", self._listen)
+        page.goto(ground.address)
+        expect(page.locator("#state")).to_have_text("holding its place", timeout=WAIT_MS)
+        self.rest()
+
+    def _listen(self, socket: WebSocket) -> None:
+        socket.on("framesent", lambda payload: self.sent.append(json.loads(payload)))
+
+    def ask(self, expression: str) -> Json:
+        return self.page.evaluate(f"() => {{ const map = wayflie.map; return {expression}; }}")
+
+    def wait(self, condition: Callable[[], object]) -> None:
+        for _ in range(WAIT_MS // 20):
+            if condition():
+                return
+            self.page.wait_for_timeout(20)
+        raise AssertionError("it did not happen")
+
+    def rest(self) -> None:
+        """Until nothing glides any more."""
+        before = [-1]
+
+        def still() -> bool:
+            now = self.ask("[map.view.frames, map.due]")
+            done, before[:] = now == before, now
+            self.page.wait_for_timeout(100)
+            return done
+
+        self.wait(still)
+
+    def at(self, x_m: float, y_m: float) -> Place:
+        """On the page, in pixels; the map begins at its upper left corner."""
+        found = self.ask(f"map.camera.toScreen({x_m}, {y_m})")
+        return found[0], found[1]
+
+    def wishes(self, what: str) -> list[dict[str, Any]]:
+        return [wish for wish in self.sent if wish["do"] == what]
+
+    def sent_goal(self) -> Place:
+        """The first that it was sent to; waits for it."""
+        self.wait(lambda: self.wishes("goto"))
+        goal = self.wishes("goto")[0]
+        return goal["x"], goal["y"]
+
+    def drag(self, start: Place, end: Place) -> None:
+        mouse = self.page.mouse
+        mouse.move(*start)
+        mouse.down()
+        mouse.move(*end, steps=5)
+        mouse.up()
+
+
+@contextmanager
+def map_of_a_hovering_drone(browser: Browser, size: tuple[int, int]) -> Iterator[Map]:
+    """The drone holds its place at (0.5, -0.25)."""
+    ground = Ground()
+    with ground.running(), browsing(browser, size) as context:
+        ground.call(lambda: ground.link.say(hovering(0.5, -0.25)))
+        page, problems = context.new_page(), list[str]()
+        page.on("pageerror", lambda error: problems.append(str(error)))
+        yield Map(page, ground)
+        assert problems == []
+
+
+class Fingers:
+    """Two hands' worth of touches, moved in small steps."""
+
+    def __init__(self, page: Page) -> None:
+        self._session: CDPSession = page.context.new_cdp_session(page)
+
+    def put(self, *places: Place) -> None:
+        self._send("touchStart", places)
+
+    def move(self, *ways: tuple[Place, Place]) -> None:
+        for share in (0.2, 0.4, 0.6, 0.8, 1.0):
+            between = [
+                (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])) for a, b in ways
+            ]
+            self._send("touchMove", between)
+
+    def lift(self) -> None:
+        self._send("touchEnd", ())
+
+    def _send(self, kind: str, places: Sequence[Place]) -> None:
+        points = [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(places)]
+        self._session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})

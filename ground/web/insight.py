@@ -64,7 +64,6 @@ class Known:
             tuple((n, v) for n, v in picture.parameters.items() if n in _PARAMETERS),
         )
 
-
     def seen_from(self, start: Point) -> Known:
         """The same, but for where the drone is."""
         pose = Pose(start.x_m, start.y_m, self.pose.z_m, self.pose.yaw_rad)

@@ -9,12 +9,17 @@ globalThis.meter = { states: [], draws: [], draw_ms: [], maps: [] };
 /** Called once the page runs. */
 globalThis.meterPage = async () => {
   const { View } = await import("/view.js");
-  const { draw, setMap } = View.prototype;
+  const { draw, takeCells } = View.prototype;
   let shown = null; // revision of a map that was not drawn yet
-  View.prototype.setMap = function (map) {
-    shown = map.revision;
-    return setMap.call(this, map);
+  View.prototype.takeCells = function (buffer) {
+    takeCells.call(this, buffer);
+    shown = this.cells.map.revision;
   };
+  const always = () => { // it draws when something has changed: let that be in every frame
+    wayflie.map.changed();
+    requestAnimationFrame(always);
+  };
+  always();
   View.prototype.draw = function (...given) {
     const begin = performance.now();
     const result = draw.apply(this, given);

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""By keyboard alone: everything is reached, what has the focus is seen, a flight is flown."""
+
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page
+
+from ground.sim.process import SimulatorProcess
+from tests.web.browsing import DESK, PHONE, tab_at
+from tests.web.grounds import GroundProcess
+
+RING_PX = 2
+TABS_MAX = 200
+
+WITHOUT_FOCUS_YET = """() => {
+  const wanted = "a[href], button, input, select, textarea, summary, [tabindex]";
+  const there = (e) => e.checkVisibility() && !e.disabled && e.tabIndex >= 0;
+  return [...document.querySelectorAll(wanted)]
+    .filter((e) => there(e) && !e.dataset.reached)
+    .map((e) => e.ariaLabel || e.textContent.trim() || e.id);
+}"""
+FOCUSED = """() => {
+  const e = document.activeElement;
+  const again = Boolean(e.dataset.reached);
+  e.dataset.reached = "yes";
+  const { outlineStyle, outlineWidth } = getComputedStyle(e);
+  const { top, bottom } = e.getBoundingClientRect();
+  return {
+    name: e.ariaLabel || e.textContent.trim() || e.id,
+    body: e === document.body,
+    again,
+    ring_px: outlineStyle === "none" ? 0 : parseFloat(outlineWidth),
+    on_screen: bottom > 0 && top < innerHeight,
+  };
+}"""
+
+
+def tab_through(page: Page) -> list[dict[str, Any]]:
+    """What has the focus, one after the other, until the page has been left."""
+    seen: list[dict[str, Any]] = []
+    for _ in range(TABS_MAX):
+        page.keyboard.press("Tab")
+        focused = page.evaluate(FOCUSED)
+        if focused["body"] or focused["again"]:
+            return seen
+        seen.append(focused)
+    raise AssertionError("Tab never leaves the page")
+
+
+def tab_to(page: Page, name: str) -> None:
+    """Press Tab until that has the focus."""
+    for _ in range(TABS_MAX):
+        page.keyboard.press("Tab")
+        if page.evaluate(FOCUSED)["name"].startswith(name):
+            return
+    raise AssertionError(f"Tab does not reach {name}")
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+def test_all_is_reached_and_seen_and_flown(browser: Browser, size: tuple[int, int]) -> None:
+    with (
+        SimulatorProcess("--world", "empty", "--speed", "4") as simulator,
+        GroundProcess(simulator.uri) as ground,
+        tab_at(browser, ground.address, size) as tab,
+    ):
+        page, keyboard = tab.open().page, tab.page.keyboard
+        seen = tab_through(page)
+        assert len(seen) > 5
+        assert [one["name"] for one in seen if one["ring_px"] < RING_PX] == []
+        assert [one["name"] for one in seen if not one["on_screen"]] == []
+        assert page.evaluate(WITHOUT_FOCUS_YET) == []
+        tab_to(page, "Take off")
+        tab.shot(f"focus-{size[0]}")
+        keyboard.press("Enter")
+        tab.until(lambda state: state["mission"]["state"] == "HOVER")
+        tab_to(page, "Map")
+        for _ in range(5):
+            keyboard.press("Shift+ArrowRight")
+        keyboard.press("Enter")
+        tab.until(lambda state: state["route"])
+        x_m, y_m = tab.state["drone"]["goal"]
+        assert (x_m > 0.3, abs(y_m) < 0.3) == (True, True)
+        tab_to(page, "Land")
+        keyboard.press("Enter")
+        tab.until(lambda state: state["can"]["take_off"])

@@ -2,7 +2,9 @@
 """axe-core looks at the page in all its states: at a desk, on a phone, in light and dark."""
 
 import socket
+from collections.abc import Sequence
 
+from axe_playwright_python.base import AXE_SCRIPT
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, expect
 
@@ -12,6 +14,7 @@ from tests.web.grounds import GroundProcess
 
 GRAVE = ("serious", "critical")
 CLOSED = "summary, [aria-expanded=false]"
+OPPOSITE = ("desk-light", "phone-dark")
 LOOKS = {
     "desk-light": (DESK, False),
     "desk-dark": (DESK, True),
@@ -27,27 +30,29 @@ class Looks:
         self.tab = tab
         self.found: list[str] = []
 
-    def examine(self, state: str) -> None:
-        """As it is now, then with each part opened that can be."""
-        self._examine(state)
-        parts = self.tab.page.locator(CLOSED)
-        for number in range(parts.count()):
-            if parts.nth(number).is_visible() and parts.nth(number).is_enabled():
-                part = parts.nth(number).element_handle()
-                part.click()
-                self._examine(f"{state}-open{number + 1}")
-                part.click()
-
-    def _examine(self, state: str) -> None:
-        for look, ((width, height), dark) in LOOKS.items():
+    def examine(self, state: str, looks: Sequence[str] = OPPOSITE) -> None:
+        """As it is now."""
+        script = AXE_SCRIPT
+        for look in looks:
+            (width, height), dark = LOOKS[look]
             self.tab.page.set_viewport_size({"width": width, "height": height})
             self.tab.page.emulate_media(color_scheme="dark" if dark else "light")
             self.tab.shot(f"{state}-{look}")
-            for issue in Axe().run(self.tab.page).response["violations"]:
+            issues = Axe(script).run(self.tab.page).response["violations"]
+            script = ""  # the page has it by now
+            for issue in issues:
                 if issue["impact"] in GRAVE:
-                    self.found += [
-                        f"{state}-{look}: {issue['id']}: {n['html']}" for n in issue["nodes"]
-                    ]
+                    at = f"{state}-{look}: {issue['id']}"
+                    self.found += [f"{at}: {node['html']}" for node in issue["nodes"]]
+
+    def open_all(self, state: str) -> None:
+        """Each part that can be opened, open."""
+        parts = self.tab.page.locator(CLOSED).element_handles()
+        for part in parts:
+            if part.is_visible() and part.is_enabled():
+                part.click()
+                self.examine(f"{state}-{part.text_content().strip().lower()}")
+                part.click()
 
 
 def test_no_state_of_the_page_shuts_anybody_out(browser: Browser) -> None:
@@ -67,7 +72,8 @@ def test_no_state_of_the_page_shuts_anybody_out(browser: Browser) -> None:
             looks.examine("on-the-ground")
             tab.click(1.0, 0.2)
             tab.until(lambda state: state["route"])
-            looks.examine("flying")
+            looks.examine("flying", [*LOOKS])
+            looks.open_all("flying")
             tab.page.keyboard.press("Space")
             tab.until(lambda state: state["stop"]["confirmed"])
             looks.examine("stopped")

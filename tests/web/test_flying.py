@@ -132,6 +132,36 @@ def test_a_page_of_another_origin_is_refused(
             page.evaluate("address => fetch(address)", ground.address)
 
 
+def test_an_area_that_is_drawn_is_explored_and_not_left(browser: Browser) -> None:
+    with (
+        SimulatorProcess("--world", "flat", "--speed", "6", *TIRELESS) as simulator,
+        GroundProcess(simulator.uri) as ground,
+        tab_at(browser, ground.address) as tab,
+    ):
+        mouse = tab.open().page.mouse
+        tab.press("Area")
+        mouse.move(*tab.place(-0.5, -1.0))
+        mouse.down()
+        mouse.move(*tab.place(1.2, 0.6), steps=4)
+        tab.shot("area")
+        mouse.up()
+        tab.press("Use")
+        tab.until(lambda s: s["area"] == pytest.approx([-0.5, -1.0, 1.2, 0.6], abs=0.03))
+        explored(tab)
+        tab.shot("explored")
+        poses = [state["drone"]["pose"] for state in tab.states]
+        assert all(-0.7 < x_m < 1.4 and -1.2 < y_m < 0.8 for x_m, y_m, *_ in poses)
+        assert max(math.dist(pose[:2], HOME) for pose in poses) > 0.5, "it has moved about"
+        assert any("explored" in event["words"] for event in tab.events)
+
+
+def explored(tab: Tab) -> None:
+    """Press Explore; until it is on the ground again."""
+    tab.press("Explore")
+    tab.until(lambda state: state["can"]["land"])
+    tab.until(lambda state: state["can"]["take_off"])
+
+
 def test_stop_cuts_the_motors_of_a_drone_in_the_air_and_latches(browser: Browser) -> None:
     with (
         SimulatorProcess("--world", "empty", "--speed", "4") as simulator,

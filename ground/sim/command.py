@@ -186,10 +186,11 @@ def _run(
     lines = Lines(_STANDARD_INPUT)
 
     def stopped() -> bool:
+        over = bool(signals) or parent not in (None, os.getppid())  # what was typed before counts
         for line in lines.take():
             if answer := obey_one(line, [drone.faults for drone in swarm.drones]):
                 print(answer, flush=True)
-        return bool(signals) or parent not in (None, os.getppid())
+        return over
 
     count = len(told)
     swarm = make_swarm(read_world(world), options, count, told)

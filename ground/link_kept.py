@@ -84,6 +84,8 @@ class KeptLink:
                 return
             yield LinkChange(LinkState.RECONNECTING, f"looking for the drone: {reason}")
             await self._drop()
+            if self._closed:
+                return
             self._searching = asyncio.create_task(self._search())
             try:
                 await self._searching

@@ -151,6 +151,30 @@ def test_closing_ends_the_search() -> None:
     assert states(asyncio.run(run())) == [C, R]
 
 
+def test_closing_while_a_lost_link_is_let_go_begins_no_search() -> None:
+    class SlowLink(ScriptedLink):
+        async def close(self) -> None:
+            await asyncio.sleep(0.02)
+            await super().close()
+
+    made = [SlowLink(CONNECTED, LOST), ScriptedLink(CONNECTED, None)]
+    links = iter(made)
+
+    async def run() -> list[Incoming]:
+        kept = KeptLink(lambda: next(links))
+        await kept.open()
+        found = []
+        async with asyncio.timeout(5.0):
+            async for message in kept.messages():
+                found.append(message)
+                if states(found)[-1:] == [R]:
+                    asyncio.get_running_loop().call_later(0.01, asyncio.ensure_future, kept.close())
+        return found
+
+    assert states(asyncio.run(run())) == [C, R]
+    assert next(links) is made[1]
+
+
 @given(st.integers(0, 2**32), st.integers(0, LONGEST_GAP_MS), st.floats(0, 100))
 def test_time_that_goes_on_is_no_restart(before_ms: int, step_ms: int, elapsed_s: float) -> None:
     assert not restarted(before_ms, before_ms + step_ms, elapsed_s)

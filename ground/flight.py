@@ -13,7 +13,7 @@ from ground.listener import Listener
 from ground.logstream import CLOCK_MS
 from ground.model import Event, Incoming, LinkChange, LinkState, Point, Telemetry
 from ground.station import Station
-from ground.words import REASON_WORDS, STATE_WORDS
+from ground.words import EXPLORED_PARTLY, REASON_WORDS, STATE_WORDS
 
 SILENCE_S = 10.0  # of the link, then the flight counts as lost from sight
 SETTLED_MS = 5000  # in one resting state for so long: nothing more will come
@@ -60,6 +60,7 @@ class Watch:
         self._since_ms = since_ms
         self.acknowledged_ms = since_ms
         self._explored = False
+        self._partly = False
         self._resting: MissionState | None = None
         self._resting_since_ms = 0
 
@@ -85,7 +86,8 @@ class Watch:
             case EventCode.ARRIVED if self._cmd is MissionCmd.GOTO:
                 return Outcome(True, "arrived", place=event.place)
             case EventCode.EXPLORED:
-                self._explored = event.argument == 0  # else some of it was given up
+                self._explored = event.argument == 0
+                self._partly = not self._explored
             case EventCode.STATE:
                 return self._judge_state(MissionState(event.argument))
         return None
@@ -124,6 +126,8 @@ class Watch:
     @property
     def _unknown(self) -> str:
         """What is said of an end that nothing explains."""
+        if self._partly:
+            return EXPLORED_PARTLY
         if self._cmd is MissionCmd.EXPLORE:
             return "it landed before everything was explored"
         return "something else stopped it on the way"

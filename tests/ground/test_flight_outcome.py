@@ -74,17 +74,27 @@ def test_what_was_heard_while_the_acknowledgement_was_lost_does_not_count() -> N
     with_station(link, work)
 
 
-@pytest.mark.parametrize("explored", [True, False])
-def test_that_everything_is_explored_may_be_heard_after_the_landing(explored: bool) -> None:
+@pytest.mark.parametrize(
+    ("argument", "words"),
+    [
+        (0, "done"),
+        (1, "explored, but for places that looking did not show"),
+        (None, "it landed before everything was explored"),
+    ],
+)
+def test_how_far_it_is_explored_may_be_heard_after_the_landing(
+    argument: int | None, words: str
+) -> None:
     link = FakeLink()
     begun = event(EventCode.STATE, MissionState.FOLLOW)
-    late = [event(EventCode.EXPLORED)] if explored else []
-    landed = [telemetry(t, MissionState.IDLE) for t in range(1000, 7000, 50)]
     end = event(EventCode.STATE, MissionState.IDLE)
+    late = [] if argument is None else [event(EventCode.EXPLORED, argument)]
+    landed = [telemetry(t, MissionState.IDLE) for t in range(1000, 7000, 50)]
     link.on_command = lambda command: say_later(link, begun, end, *late, *landed)
 
     async def work(station: Station) -> None:
-        assert (await fly(station, MissionCmd.EXPLORE)).reached is explored
+        outcome = await fly(station, MissionCmd.EXPLORE)
+        assert (outcome.reached, outcome.sentence) == (words == "done", words)
 
     with_station(link, work)
 

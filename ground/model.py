@@ -261,9 +261,10 @@ class SnapshotRequest:
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """The ground is alive."""
+    """The ground is alive, and has heard what the drone said until then; 0: nothing yet."""
 
     sequence: int
+    drone_ms: int = 0
 
 
 @dataclass(frozen=True, slots=True)

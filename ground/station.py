@@ -240,7 +240,7 @@ class Station:
         self._beaten_s = time.monotonic()
         number = next(self._beats) % SEQUENCES
         self.pulse.sent(number, self._beaten_s)
-        self._link.send(Heartbeat(number))
+        self._link.send(Heartbeat(number, self.picture.drone_ms))
 
     async def _beat_by_wall(self) -> None:
         """Heartbeats go by the drone's clock; where that is not heard, by ours."""

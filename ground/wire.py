@@ -54,9 +54,10 @@ def encode_request(request: AppRequest) -> bytes:
         case Waypoints():
             message.type = WireType.WAYPOINTS
             _put_waypoints(message.body.waypoints, request)
-        case Heartbeat(sequence):
+        case Heartbeat(sequence, drone_ms):
             message.type = WireType.HEARTBEAT
             message.body.heartbeat.sequence = sequence
+            message.body.heartbeat.time_ms = drone_ms % (1 << 32)
         case HelloRequest():
             message.type = WireType.HELLO
             message.body.hello.request = 1

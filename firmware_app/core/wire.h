@@ -109,11 +109,11 @@ typedef struct {
   vec2_t place_m;
 } wire_event_t;
 
-/** All but the sequence counts in the answer only: what the drone has to tell, so that the ground
- * knows what it has missed. */
+/** What the drone has to tell, so that the ground knows what it has missed. Of what the ground
+ * sends only the sequence counts; a simulator that is faster than reality waits for its time. */
 typedef struct {
   uint16_t sequence;
-  uint32_t time_ms;      ///< the drone's clock
+  uint32_t time_ms;      ///< the drone's clock; from the ground, as far as it has heard
   uint8_t state;         ///< mission_state_t
   uint8_t path_revision; ///< of the present route
   uint8_t path_total;    ///< its points

@@ -6,14 +6,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from random import Random
 
+from ground.model import Beat
 from ground.sim.crazyflie import Crazyflie, Session
 from ground.sim.crtp import SCAN_PROBE, BadPacket, Port
 from ground.sim.trouble import Trouble, TroubleSpec
+from ground.wire import decode_message
 
 Address = tuple[str, int]
 _SILENCE_S = 1.0
 _HANDSHAKE_PAUSE_S = 0.2
 _HANDSHAKE_PORTS = frozenset((Port.PARAM, Port.LOG, Port.MEMORY))
+_APP_CHANNEL = 2
+_AHEAD_MS = 1500
+"""So far ahead of what a ground station has come to, faster time stands still."""
+_WAIT_S = 10.0
+"""For one that is connected but says nothing."""
 
 
 @dataclass(slots=True)
@@ -26,6 +33,9 @@ class Client:
     heard_s: float
     asked_s: float
     settled: bool = False
+    beat_s: float = float("-inf")
+    """When it last said how far it has come, and that time of the drone."""
+    beat_ms: int = 0
 
 
 @dataclass(slots=True)
@@ -82,6 +92,13 @@ class Radio:
             for client in self._clients.values()
         )
 
+    def outruns(self, now_s: float) -> bool:
+        """The drone's time is too far ahead of a ground station that has lately been heard."""
+        return not self.silent and any(
+            now_s - client.beat_s < _WAIT_S and self._now_ms - client.beat_ms > _AHEAD_MS
+            for client in self._clients.values()
+        )
+
     def receive(self, address: Address, datagram: bytes, now_s: float) -> None:
         """Take a datagram from an address."""
         self.counters.received += 1
@@ -96,6 +113,7 @@ class Radio:
             return
         client = self._clients.get(address) or self._welcome(address, now_s)
         client.heard_s = now_s
+        _note_beat(client, datagram, now_s)
         if not client.settled:
             self._receive_in_handshake(address, client, datagram, now_s)
             return
@@ -186,3 +204,11 @@ class Radio:
             else:
                 self._outgoing.append((address, arrived))
         self.counters.lost_down += client.down.lost - lost_before
+
+
+def _note_beat(client: Client, datagram: bytes, now_s: float) -> None:
+    """Note how far a ground station has come, if it says so."""
+    if datagram[0] >> 4 == Port.PLATFORM and datagram[0] & 3 == _APP_CHANNEL:
+        message = decode_message(datagram[1:])
+        if isinstance(message, Beat) and message.drone_ms > 0:
+            client.beat_s, client.beat_ms = now_s, message.drone_ms

@@ -29,8 +29,8 @@ def serve_until(servers: Sequence["Server"], due_s: float) -> None:
 
 
 def serve_until_read(servers: Sequence["Server"]) -> None:
-    """Go on answering while some client has much to read; at once if none has."""
-    while any(server.clogged for server in servers):
+    """Go on answering while some client has much to read or think of; at once if none has."""
+    while any(server.clogged or server.outrun for server in servers):
         serve_until(servers, time.monotonic() + _LOOK_EVERY_S)
 
 
@@ -75,6 +75,11 @@ class Server:
     def clogged(self) -> bool:
         """Some client has much to read."""
         return self._backlog.clogged(time.monotonic())
+
+    @property
+    def outrun(self) -> bool:
+        """Some ground station has not come to the present of the drone yet."""
+        return self._radio.outruns(time.monotonic())
 
     def fileno(self) -> int:
         """For select."""

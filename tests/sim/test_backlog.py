@@ -1,27 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simulated time waits for clients that read late, so that nothing is lost on one machine."""
 
+import asyncio
 import struct
 import time
 from itertools import pairwise
 from pathlib import Path
 
+from ground.link_radio import RadioLink
 from ground.sim.backlog import DATAGRAM_BYTES, PATIENCE_S, ROOM_BYTES, Backlog
 from ground.sim.process import SimulatorProcess
+from ground.station import station_on
 from tests.sim.crtp_client import RawClient
 
 BLOCKS = 4
 PERIOD_MS = 10
 PAUSE_S = 0.5
+SETTLED_MS = 3000
+BEHIND_MS = 3000
 PORT = 0xE0D3
 BURST = ROOM_BYTES // DATAGRAM_BYTES
 HEAD = "   sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid\n"
 
 
 def log_stamps(client: RawClient, until_ms: int) -> dict[int, list[int]]:
-    """Time stamps [ms] of each log block, until all have come to this one."""
+    """Time stamps [ms] of each log block, until all have come to this one; it stays a client."""
     stamps: dict[int, list[int]] = {block: [] for block in range(BLOCKS)}
     while any(not found or found[-1] < until_ms for found in stamps.values()):
+        client.send(15, 3)
         data = client.receive(5, 2)
         stamps[data[0]].append(int.from_bytes(data[1:4], "little"))
     return stamps
@@ -100,3 +106,19 @@ def test_a_socket_that_is_not_shown_is_known_to_be_unseen(tmp_path: Path) -> Non
             backlog.sent(PORT, 0.0)
         assert not backlog.clogged(0.0)
         assert not backlog.all_seen
+
+
+def test_time_waits_for_a_ground_station_that_thinks() -> None:
+    async def think() -> tuple[int, int]:
+        async with station_on(RadioLink(simulator.uri)) as station:
+            while station.picture.drone_ms < SETTLED_MS:
+                await asyncio.sleep(0.0)
+            before_ms = station.picture.drone_ms
+            time.sleep(PAUSE_S)  # nothing that comes meanwhile is looked at
+            while station.picture.drone_ms == before_ms:
+                await asyncio.sleep(0.0)
+            return before_ms, station.picture.drone_ms
+
+    with SimulatorProcess("--world", "empty", "--speed", "max") as simulator:
+        before_ms, after_ms = asyncio.run(think())
+    assert after_ms - before_ms < BEHIND_MS

@@ -116,20 +116,18 @@ def judge(seen: Seen) -> Iterator[Finding]:
 
 def _link(seen: Seen) -> Iterator[Finding]:
     words = f"{seen.loss:.1%} of {seen.log_packets} log packets lost"
-    if seen.loss > LOSS_LIMIT:
-        step = "come nearer, take another channel (2.4 GHz WiFi is around 0-80), use 2M"
-        yield Finding("loss", Verdict.NOTE, words, step)
-    else:
-        yield Finding("loss", Verdict.GOOD, words)
+    step = "come nearer, take another channel (2.4 GHz WiFi is around 0-80), use 2M"
+    yield _unless("loss", seen.loss > LOSS_LIMIT, words, step)
     words = f"{seen.latency_ms:.0f} ms there and back"
-    if seen.latency_ms > LATENCY_LIMIT_MS:
-        step = "end other programs that use this link; a busy computer delays too"
-        yield Finding("latency", Verdict.NOTE, words, step)
-    else:
-        yield Finding("latency", Verdict.GOOD, words)
+    step = "end other programs that use this link; a busy computer delays too"
+    yield _unless("latency", seen.latency_ms > LATENCY_LIMIT_MS, words, step)
     if seen.bad_packets:
         words = f"{seen.bad_packets} packets that this version does not understand"
         yield Finding("protocol", Verdict.BAD, words, FLASH)
+
+
+def _unless(what: str, worse: bool, words: str, step: str) -> Finding:
+    return Finding(what, Verdict.NOTE, words, step) if worse else Finding(what, Verdict.GOOD, words)
 
 
 def _battery(battery_v: float, low_v: float | None) -> Finding:

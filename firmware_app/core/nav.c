@@ -141,16 +141,15 @@ static void doubt_place(nav_t *nav, const int *echoes) {
 
 /** Look at a set for what comes by itself. A map that cannot be believed says nothing of it. At its
  * post the drone looks closely at all that the map does not explain. */
-static void watch_set(nav_t *nav, const scan_frame_t *frame) {
+static void watch_set(nav_t *nav, const scan_frame_t *frame, pose2_t map_pose) {
   uint8_t judged[SCAN_BEAMS];
-  pose2_t pose = slam_to_map(&nav->slam, frame->pose);
   bool rests = nav->mission.state == MISSION_HOVER;
   bool map = nav->slam.enabled && !nav->mission.lost;
   int echoes[GRID_ECHO_STRANGE + 1] = {0, 0, 0};
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
-    sincos_t way = geometry_sincos(pose.yaw_rad + scan_bearing_rad(beam));
+    sincos_t way = geometry_sincos(map_pose.yaw_rad + scan_bearing_rad(beam));
     vec2_t reach_m = vec2_scale((vec2_t){way.cos, way.sin}, frame->range_m[beam]);
-    vec2_t end_m = vec2_add(pose2_position(pose), reach_m);
+    vec2_t end_m = vec2_add(pose2_position(map_pose), reach_m);
     grid_echo_t echo = map ? grid_judge(&nav->grid, end_m, STRANGE_CELLS) : GRID_ECHO_UNTOLD;
     echoes[echo] += frame->hit >> beam & 1;
     judged[beam] = (uint8_t)(map && rests && echo == GRID_ECHO_UNTOLD ? GRID_ECHO_STRANGE : echo);
@@ -171,8 +170,9 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
   bool fresh =
       scan_step(&nav->scan, &nav->input.odometry, nav->input.range_m, &frame) && may_look(nav);
   if (fresh) {
-    watch_set(nav, &frame);
-    nav_check_beams(nav, &frame);
+    pose2_t map_pose = slam_to_map(&nav->slam, frame.pose);
+    watch_set(nav, &frame, map_pose);
+    nav_check_beams(nav, &frame, map_pose);
     take_set(nav, &frame);
   }
   bool busy =

@@ -63,7 +63,7 @@ void nav_watch_lifting(nav_t *nav);
 /** A side is not seen: no beam answers there, or it is stuck. */
 bool nav_half_blind(const nav_t *nav);
 /** A set was measured in flight: does each beam answer where it should? */
-void nav_check_beams(nav_t *nav, const scan_frame_t *frame);
+void nav_check_beams(nav_t *nav, const scan_frame_t *frame, pose2_t map_pose);
 /** Policies: battery, link, supervisor, estimator, ranges. */
 void nav_watch(nav_t *nav);
 /** How far the route may be flown by what the map says now. @return true if all the rest is clear

@@ -7,7 +7,6 @@
 
 enum {
   UNITS_PER_TICK = 30,   ///< of the planner's budget
-  FRONTIER_UNITS = 30,   ///< the same, exploring
   DOUBTS_A_HIT = 2,      ///< before cells of one hit more are doubted
   DOUBTS_MAX = 4,        ///< in a task
   BESIDE_CELLS = 6,      ///< so near to the place beside an occupied goal, it has been looked at
@@ -272,8 +271,8 @@ static void found(nav_t *nav) {
 }
 
 static void search(nav_t *nav) {
-  pathfinder_status_t status = pathfinder_extend(&nav->planner, &nav->clearance, &nav->grid,
-                                                 exploring(nav) ? FRONTIER_UNITS : UNITS_PER_TICK);
+  pathfinder_status_t status =
+      pathfinder_extend(&nav->planner, &nav->clearance, &nav->grid, UNITS_PER_TICK);
   nav->status.plan_nodes = (uint16_t)pathfinder_nodes(&nav->planner);
   switch (status) {
   case PATHFINDER_SEARCHING:

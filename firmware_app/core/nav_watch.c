@@ -114,7 +114,7 @@ static bool should_answer(const nav_t *nav, pose2_t pose, int beam) {
   return met;
 }
 
-void nav_check_beams(nav_t *nav, const scan_frame_t *frame) {
+void nav_check_beams(nav_t *nav, const scan_frame_t *frame, pose2_t map_pose) {
   mission_state_t state = nav->mission.state;
   bool follows = state == MISSION_FOLLOW || state == MISSION_RETURN;
   if ((!follows && state != MISSION_SCAN) || frame->hit == 0) {
@@ -122,7 +122,6 @@ void nav_check_beams(nav_t *nav, const scan_frame_t *frame) {
   }
   vec2_t body_mps = vec2_rotate(nav->input.velocity_mps, -nav->input.odometry.pose.yaw_rad);
   const float towards_mps[SCAN_BEAMS] = {body_mps.x, -body_mps.x, body_mps.y, -body_mps.y};
-  pose2_t map_pose = slam_to_map(&nav->slam, frame->pose);
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     uint8_t *silent = &nav->silent[beam];
     if ((frame->clear >> beam & 1u) == 0) {

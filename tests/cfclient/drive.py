@@ -89,14 +89,20 @@ def watch(window: MainUI) -> dict[str, float]:
     return status
 
 
-def drive(uri: str, goal: tuple[str, str], folder: Path) -> dict[str, object]:
-    """Connect, look, fly there, land."""
+def connected(uri: str) -> MainUI:
+    """A window that shows the drone, all its parameters read."""
     window = MainUI()
     window.show()
     wait_for("the scan finds the drone", lambda: window.interfaceCombo.currentText() == uri)
     click(window.connectButton)
     wait_for("it is connected", lambda: window.uiState == UIState.CONNECTED)
     wait_for("all parameters are read", lambda: window.cf.param.is_updated)
+    return window
+
+
+def drive(uri: str, goal: tuple[str, str], folder: Path) -> dict[str, object]:
+    """Connect, look, fly there, land."""
+    window = connected(uri)
     parameters = Parameters(window)
     wait_for("the tree shows values", lambda: all(parameters.shown("way").values()))
     shown = parameters.shown("way")

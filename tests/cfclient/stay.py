@@ -11,8 +11,8 @@ import os
 import sys
 import time
 
-from cfclient.ui.main import MainUI, UIState
-from drive import Parameters, click, wait_for, watch
+from cfclient.ui.main import UIState
+from drive import Parameters, click, connected, wait_for, watch
 from PyQt6.QtTest import QTest
 from PyQt6.QtWidgets import QApplication
 
@@ -21,12 +21,7 @@ PAUSE_MS = 1000
 
 def stay(uri: str, seconds: float) -> dict[str, object]:
     """Connect, type a parameter again and again, look whether each gets through."""
-    window = MainUI()
-    window.show()
-    wait_for("the scan finds the drone", lambda: window.interfaceCombo.currentText() == uri)
-    click(window.connectButton)
-    wait_for("it is connected", lambda: window.uiState == UIState.CONNECTED)
-    wait_for("all parameters are read", lambda: window.cf.param.is_updated)
+    window = connected(uri)
     parameters = Parameters(window)
     window.tab_widget.setCurrentWidget(parameters.tab)
     status = watch(window)

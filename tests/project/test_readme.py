@@ -27,7 +27,7 @@ TEXT = README.read_text()
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 SPAN = re.compile(r"`((?:make|wayflie) [^`]+)`")
-LINES_MAX = 230
+LINES_MAX = 200
 
 
 def shell_lines() -> list[str]:

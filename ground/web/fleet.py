@@ -12,17 +12,18 @@ from ground.model import Pose
 from ground.web.cockpit import Cockpit
 
 COLOURS = (
-    "#0f766e",
-    "#c2410c",
-    "#4338ca",
-    "#a16207",
-    "#be185d",
-    "#15803d",
-    "#0369a1",
-    "#7e22ce",
-    "#b91c1c",
-    "#475569",
+    "#0d9488",
+    "#ea580c",
+    "#6366f1",
+    "#b7791f",
+    "#e23a88",
+    "#16a34a",
+    "#0284c7",
+    "#a855f7",
+    "#e5484d",
+    "#71809a",
 )
+"""Seen on the map's light free ground and on its dark one."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 
 import asyncio
 import json
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -17,9 +18,9 @@ from ground.core import MissionState
 from ground.model import EmergencyStop, LinkChange, LinkState
 from ground.station import Station, station_on
 from ground.web.cockpit import Cockpit
-from ground.web.fleet import Fleet, Member, Place
+from ground.web.fleet import COLOURS, Fleet, Member, Place
 from ground.web.page import COMMANDS_AT_ONCE, WISHES_AT_ONCE, WISHES_PER_S, Rate
-from ground.web.server import MESSAGE_BYTES, PAGES, make_app
+from ground.web.server import MESSAGE_BYTES, PAGES, STATIC, make_app
 from tests.ground.fakelink import FakeLink
 from tests.ground.stations import telemetry
 from tests.web.running import Running
@@ -129,6 +130,24 @@ def test_the_stop_of_a_page_is_for_all_drones() -> None:
         await asyncio.gather(fleet.close())
 
     asyncio.run(run())
+
+
+def luminance(colour: str) -> float:
+    """Relative, as WCAG 2 defines it."""
+    parts = [part / 255 for part in bytes.fromhex(colour[1:])]
+    red, green, blue = (p / 12.92 if p < 0.04 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+@pytest.mark.parametrize("colour", COLOURS)
+def test_a_drone_is_seen_in_the_light_and_in_the_dark(colour: str) -> None:
+    style = (STATIC / "style.css").read_text()
+    grounds = re.findall(r"--free: (#\w+);", style)
+    assert len(grounds) == 2
+    for ground in grounds:
+        darker, lighter = sorted(map(luminance, (colour, ground)))
+        assert (lighter + 0.05) / (darker + 0.05) >= 3.0
+    assert len(set(COLOURS)) == len(COLOURS)
 
 
 @given(st.floats(-5, 5), st.floats(-5, 5), st.floats(-3.1, 3.1))

@@ -19,8 +19,8 @@ export function showStatus({ drone, link, map, status }) {
   put("rate", status.rate_hz !== undefined && `${status.rate_hz.toFixed(0)}/s`);
   put("lost", status.loss !== undefined && `${(100 * status.loss).toFixed(1)} %`);
   put("pulse", pulseWords(status));
-  put("tick", status.tick_us !== undefined && `${(status.tick_us / 1000).toFixed(2)} ms`);
-  put("plan", status.plan_us !== undefined && `${(status.plan_us / 1000).toFixed(0)} ms`);
+  put("tick", status.tick_us && `${(status.tick_us / 1000).toFixed(2)} ms`);
+  put("plan", status.plan_us && `${(status.plan_us / 1000).toFixed(0)} ms`);
   put("self-test", drone.self_test?.words);
   $("self-test").dataset.state = drone.self_test?.state ?? "";
 }

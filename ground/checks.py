@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 import operator
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -40,7 +41,20 @@ class Files:
     recording: Path | None = None
 
 
+STANDARD_OUTPUT = Path("-")
+"""In place of a report's file."""
+
+
 def write_report(path: Path, figures: Mapping[str, object], checks: Sequence[Check]) -> None:
     """One JSON object: the figures, and the list `checks`."""
     rows = [{**asdict(check), "ok": check.ok} for check in checks]
-    path.write_text(json.dumps({**figures, "checks": rows}, indent=2) + "\n")
+    write_json(path, {**figures, "checks": rows})
+
+
+def write_json(path: Path, found: Mapping[str, object]) -> None:
+    """Into the file, or on standard output."""
+    text = json.dumps(found, indent=2) + "\n"
+    if path == STANDARD_OUTPUT:
+        sys.stdout.write(text)
+    else:
+        path.write_text(text)

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from ground.cli_parts import JsonFile, fail, out
+from ground.cli_parts import JsonFile, fail, finish, out
 
 bench_app = typer.Typer(
     help="Measurements; they need a source checkout (`make setup`).", no_args_is_help=True
@@ -23,19 +23,21 @@ def _bench(name: str) -> ModuleType:
     """A measuring module of the checkout."""
     checkout = Path(__file__).resolve().parent.parent
     if not (checkout / "tests" / "bench").exists():
-        fail("bench needs a source checkout: clone the project and run `make setup` there")
+        fail("bench needs a source checkout", "clone the project and run `make setup` there")
     sys.path.insert(0, str(checkout))
     try:
         return importlib.import_module(f"tests.bench.{name}")
     except ImportError as error:
-        fail(f"bench lacks a package ({error}): run `make setup` in the checkout")
+        fail(f"bench lacks a package ({error})", "`make setup` in the checkout")
 
 
 def _chosen(option: str, listed: str, known: Iterable[str]) -> tuple[str, ...]:
     """The names in a list with commas, all of them known."""
     names = tuple(name.strip() for name in listed.split(",") if name.strip())
     if unknown := set(names) - set(known):
-        fail(f"{option} knows {', '.join(known)}, not {', '.join(sorted(unknown))}")
+        raise typer.BadParameter(
+            f"{option} knows {', '.join(known)}, not {', '.join(sorted(unknown))}"
+        )
     return names
 
 
@@ -45,8 +47,7 @@ def bench_chip(
     flights: Annotated[int, typer.Option(min=1, max=20, help="The first so many only.")] = 20,
 ) -> None:
     """Replay whole flights on an emulated Cortex-M4F: same bits? what do they cost?"""
-    if not _bench("chip").run_chip(json_file, flights, out):
-        raise typer.Exit(1)
+    finish(lambda: _bench("chip").run_chip(json_file, flights, out))
 
 
 @bench_app.command("slam")
@@ -90,12 +91,11 @@ def bench_slam(
     if closed_loop:
         given |= {"minutes": minutes, "plots": plots}
     elif against not in (None, "pf"):
-        fail(f"--against knows pf, not {against}")
+        raise typer.BadParameter(f"--against knows pf, not {against}")
     else:
         given |= {"against": against, "recorded": flight, "peer": peer}
     wanted = bench.Wanted(**{name: value for name, value in given.items() if value is not None})
-    if not bench.run(wanted, json_file, out):
-        raise typer.Exit(1)
+    finish(lambda: bench.run(wanted, json_file, out))
 
 
 @bench_app.command("reloc")
@@ -109,8 +109,7 @@ def bench_reloc(
     Maps imported or kept over a restart and kidnappings in flight are no families of their own: all
     that the core reads of a map is what is unknown, free or occupied, and it begins with nothing.
     """
-    if not _bench("reloc.command").run_reloc(json_file, seed, kidnappings, out):
-        raise typer.Exit(1)
+    finish(lambda: _bench("reloc.command").run_reloc(json_file, seed, kidnappings, out))
 
 
 @bench_app.command("plan")
@@ -134,8 +133,7 @@ def bench_plan(
     plan = _bench("plan.command")
     wanted = _chosen("--against", against, plan.OPPONENTS)
     options = plan.Options(seed, problems, wanted, seeds, maps, reuse, json_file, plots)
-    if not plan.run_plan(options, out):
-        raise typer.Exit(1)
+    finish(lambda: plan.run_plan(options, out))
 
 
 @bench_app.command("link")
@@ -145,8 +143,7 @@ def bench_link(
     minutes: Annotated[float, typer.Option(min=0.1, help="With four drones, at the end.")] = 10.0,
 ) -> None:
     """Real cflib over real UDP: map stream, losses, commands, reconnecting, four drones."""
-    if not _bench("link.command").run_link(json_file, seed, minutes, out):
-        raise typer.Exit(1)
+    finish(lambda: _bench("link.command").run_link(json_file, seed, minutes, out))
 
 
 @bench_app.command("page")
@@ -156,5 +153,4 @@ def bench_page(
     seconds: Annotated[float, typer.Option(min=5.0, help="To look at an exploration.")] = 30.0,
 ) -> None:
     """Open the page in Chromium while a drone explores: how soon, how smooth, at what cost?"""
-    if not _bench("web.command").run_page(json_file, seed, seconds, out):
-        raise typer.Exit(1)
+    finish(lambda: _bench("web.command").run_page(json_file, seed, seconds, out))

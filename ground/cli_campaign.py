@@ -4,22 +4,26 @@
 from __future__ import annotations
 
 import os
-import signal
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from ground.cli_parts import EXIT_INTERRUPTED, JsonFile, fail, out
-from ground.errors import GroundError
+from ground.cli_parts import MEASURE, JsonFile, Profile, Seed, finish, out
 
-KINDS = ("goto", "moving", "explore", "fault")
+Kind = Literal["goto", "moving", "explore", "fault"]
+
+campaigns = typer.Typer(rich_markup_mode="markdown")
 
 
+@campaigns.command(rich_help_panel=MEASURE)
 def campaign(
-    kind: Annotated[str, typer.Option(help="What to fly: " + ", ".join(KINDS) + ".")] = "goto",
+    kind: Annotated[
+        Kind,
+        typer.Option(metavar="KIND", help="What to fly: goto, moving, explore or fault."),
+    ] = "goto",
     missions: Annotated[int, typer.Option(min=1, help="So many.")] = 100,
-    seed: Annotated[int, typer.Option(min=0, help="Same seed, same missions.")] = 1,
+    seed: Seed = 1,
     only: Annotated[
         int | None, typer.Option(min=0, help="Fly only mission N of these again, and tell all.")
     ] = None,
@@ -46,9 +50,7 @@ def campaign(
         Path | None,
         typer.Option(help="Write the world of --only as TOML, for `wayflie sim --world FILE`."),
     ] = None,
-    profile: Annotated[
-        str, typer.Option(help="Odometry drifts: real, low, hard, perfect.")
-    ] = "real",
+    profile: Profile = "real",
     loss: Annotated[
         float, typer.Option(min=0.0, max=0.5, help="Share of the packets lost, each way.")
     ] = 0.02,
@@ -68,8 +70,6 @@ def campaign(
 
     Exit 0 only if all limits are kept. Ctrl-C leaves what has ended in the --resume file.
     """
-    if kind not in KINDS:
-        fail(f"--kind knows {', '.join(KINDS)}, not {kind}")
     from ground.sim.campaign.command import Wanted, replay, run_campaign
     from ground.sim.campaign.flights import Mission
 
@@ -83,15 +83,9 @@ def campaign(
         tuple(_setting(text) for text in baseline or ()),
     )
     wanted = Wanted(like, missions, workers or os.cpu_count() or 1, dask, resume, json_file, plot)
-    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
-    try:
-        well = replay(wanted, only, world, out) if only is not None else run_campaign(wanted, out)
-    except GroundError as error:
-        fail(str(error))
-    except KeyboardInterrupt:
-        raise typer.Exit(EXIT_INTERRUPTED) from None
-    if not well:
-        raise typer.Exit(1)
+    finish(
+        lambda: replay(wanted, only, world, out) if only is not None else run_campaign(wanted, out)
+    )
 
 
 def _setting(text: str) -> tuple[str, float]:
@@ -100,4 +94,4 @@ def _setting(text: str) -> tuple[str, float]:
     try:
         return name, float(value)
     except ValueError:
-        fail(f"--set takes PARAMETER=NUMBER, not {text}")
+        raise typer.BadParameter(f"{text!r} is no PARAMETER=NUMBER") from None

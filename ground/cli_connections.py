@@ -4,16 +4,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Coroutine
-from typing import TYPE_CHECKING, Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ground.cli_parts import SIMULATOR_URI, JsonFile, Port, Record, fail, out
-from ground.errors import GroundError
+from ground.checks import write_json
+from ground.cli_parts import (
+    CONNECT,
+    SIMULATOR_URI,
+    START,
+    JsonFile,
+    Port,
+    Record,
+    Uri,
+    end,
+    finish,
+    out,
+    run,
+)
+from ground.errors import GroundError, LinkUnavailable
+from ground.progress import waiting
 
 if TYPE_CHECKING:
     from ground.web.fleet import Member
+
+connections = typer.Typer()
 
 Uris = Annotated[
     list[str] | None,
@@ -50,57 +66,64 @@ def members_of(uris: list[str]) -> list[Member]:
     return members
 
 
-def add_connections(app: typer.Typer, run: Callable[[Coroutine[Any, Any, bool]], None]) -> None:
-    """Add the commands to the command line."""
+@connections.command(rich_help_panel=START)
+def ground(
+    uri: Uris = None,
+    every: Annotated[bool, typer.Option("--all", help="All that the scan finds.")] = False,
+    port: Port = None,
+    bind: Annotated[
+        str,
+        typer.Option(
+            help="Address to serve the page at; others than this machine's own ask "
+            "for a token, which is printed."
+        ),
+    ] = "127.0.0.1",
+    record: Record = None,
+) -> None:
+    """Serve the page for a drone, or several: map, state, and buttons to fly them."""
+    from ground.commands import serve_ground
 
-    @app.command()
-    def ground(
-        uri: Uris = None,
-        every: Annotated[bool, typer.Option("--all", help="All that the scan finds.")] = False,
-        port: Port = None,
-        bind: Annotated[
-            str,
-            typer.Option(
-                help="Address to serve the page at; others than this machine's own ask "
-                "for a token, which is printed."
-            ),
-        ] = "127.0.0.1",
-        record: Record = None,
-    ) -> None:
-        """Serve the page for a drone, or several: map, state, and buttons to fly them."""
-        from ground.commands import serve_ground
-
+    try:
         found = [one for one in _scan() if not one.startswith("serial://")] if every else uri
-        uris = found or [SIMULATOR_URI]
-        run(serve_ground(members_of(uris), port, bind, record, out))
+    except GroundError as error:
+        end(error)
+    uris = found or [SIMULATOR_URI]
+    run(serve_ground(members_of(uris), port, bind, record, out))
 
-    @app.command()
-    def scan() -> None:
-        """List the Crazyflies that answer, and the serial devices there are."""
-        found = _scan()
-        for uri in found:
-            out.print(uri)
-        if not found:
-            fail("nothing found; `wayflie doctor` says what may be missing")
 
-    @app.command()
-    def doctor(
-        uri: Annotated[
-            str, typer.Option(envvar="CFLIB_URI", help="Which Crazyflie to look at.")
-        ] = SIMULATOR_URI,
-        seconds: Annotated[float, typer.Option(min=1.0, max=600.0, help="To listen.")] = 5.0,
-        json_file: JsonFile = None,
-    ) -> None:
-        """Look for what is missing: drivers, permissions, decks, app, link, battery."""
-        from ground.doctor import examine
+@connections.command(rich_help_panel=CONNECT)
+def scan(json_file: JsonFile = None) -> None:
+    """List the Crazyflies that answer, and the serial devices there are."""
+    finish(lambda: _list(json_file))
 
-        run(examine(uri, seconds, json_file, out))
+
+@connections.command(rich_help_panel=CONNECT)
+def doctor(
+    uri: Uri = SIMULATOR_URI,
+    seconds: Annotated[
+        float, typer.Option(min=1.0, max=600.0, metavar="S", help="To listen.")
+    ] = 5.0,
+    json_file: JsonFile = None,
+) -> None:
+    """Look for what is missing: drivers, permissions, decks, app, link, battery."""
+    from ground.doctor import examine
+
+    run(examine(uri, seconds, json_file, out))
+
+
+def _list(json_file: Path | None) -> bool:
+    found = _scan()
+    for uri in found:
+        out.print(uri)
+    if json_file:
+        write_json(json_file, {"found": found})
+    if not found:
+        raise LinkUnavailable("nothing found", "`wayflie doctor` says what may be missing")
+    return True
 
 
 def _scan() -> list[str]:
     from ground.link_drivers import scan
 
-    try:
+    with waiting(out, "listening on every radio channel, USB and UDP port"):
         return scan()
-    except GroundError as error:
-        fail(str(error))

@@ -3,22 +3,27 @@
 
 from __future__ import annotations
 
-import asyncio
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ground.cli_parts import SIMULATOR_URI, Uri, fail, out
+from ground.cli_parts import SIMULATOR_URI, JsonFile, Uri, end, finish, out, run
 from ground.errors import GroundError
-from ground.model import Pose
 
-map_app = typer.Typer(help="The map that the drone has made.", no_args_is_help=True)
+if TYPE_CHECKING:
+    from ground.model import Pose
+
+map_app = typer.Typer(
+    help="The map that the drone has made: save it, load it.", no_args_is_help=True
+)
 
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 
 
 def _parse_pose(text: str) -> Pose:
+    from ground.model import Pose
+
     try:
         x_m, y_m, yaw_rad = (float(number) for number in text.split(","))
     except ValueError:
@@ -44,24 +49,23 @@ def save(
         Path | None, typer.Option(help="With --from: a .csv for the poses of the flight.")
     ] = None,
     force: Force = False,
+    json_file: JsonFile = None,
 ) -> None:
     """Fetch the whole map from the drone, or from a recording, and write it to a file."""
     from ground.mapfile import check_free
 
     try:
         check_free([file, *([poses] if poses else [])], force)
-        if recording:
-            from ground.export import export_recording
-
-            export_recording(recording, file, poses, out)
-            return
-        from ground.commands import fetch_map
-
-        complete = asyncio.run(fetch_map(uri, file, out))
     except GroundError as error:
-        fail(str(error))
-    if not complete:
-        raise typer.Exit(1)
+        end(error)
+    if recording:
+        from ground.export import export_recording
+
+        finish(lambda: export_recording(recording, file, poses, json_file, out))
+        return
+    from ground.commands import fetch_map
+
+    run(fetch_map(uri, file, json_file, out))
 
 
 @map_app.command("load")
@@ -79,12 +83,9 @@ def load(
             "this becomes the drone's origin.",
         ),
     ] = None,
+    json_file: JsonFile = None,
 ) -> None:
     """Give the drone, on the ground, a map to find itself in."""
     from ground.commands import give_map
 
-    place = _parse_pose(pose) if pose else None
-    try:
-        asyncio.run(give_map(uri, file, place, out))
-    except GroundError as error:
-        fail(str(error))
+    run(give_map(uri, file, _parse_pose(pose) if pose else None, json_file, out))

@@ -12,13 +12,16 @@ from rich.console import Console
 
 from ground.checks import Check, Files, write_report
 from ground.core import MissionCmd, MissionReason
-from ground.errors import GroundError, NotReached
+from ground.errors import BadInput, NotReached
 from ground.flight import Outcome, fly
+from ground.link import Link
 from ground.link_kept import KeptLink
 from ground.link_radio import RadioLink
 from ground.mapfile import load_map, save_map
-from ground.mapsend import forget_map, send_map
+from ground.mapsend import alike, forget_map, send_map
 from ground.model import Point, Pose
+from ground.nextsteps import after
+from ground.progress import line_shown, share_shown, waiting
 from ground.record import recorded, where_told
 from ground.rosmap import fit, load_ros
 from ground.session import (
@@ -27,6 +30,7 @@ from ground.session import (
     keep_connected,
     landing_on_interrupt,
     narrated,
+    now,
 )
 from ground.station import Station, station_on
 from ground.web.fleet import Fleet, Member
@@ -40,11 +44,20 @@ MAP_PATIENCE_S = 30.0
 async def _flying(uri: str, files: Files, out: Console) -> AsyncIterator[Station]:
     link = recorded(KeptLink(lambda: RadioLink(uri)), files.recording)
     async with (
-        station_on(link) as station,
+        _connected(uri, link, out) as station,
         where_told(link, out),
         narrated(station, out),
+        line_shown(out, lambda: now(station)),
         landing_on_interrupt(station, out),
     ):
+        yield station
+
+
+@contextlib.asynccontextmanager
+async def _connected(uri: str, link: Link, out: Console) -> AsyncIterator[Station]:
+    async with contextlib.AsyncExitStack() as stack:
+        with waiting(out, f"connecting to {uri}"):
+            station = await stack.enter_async_context(station_on(link))
         yield station
 
 
@@ -99,7 +112,8 @@ async def _fly_and_land(station: Station, cmd: MissionCmd, files: Files, out: Co
 
 def _reached(cmd: MissionCmd, outcome: Outcome) -> bool:
     if not outcome.reached:
-        raise NotReached(f"could not {COMMAND_WORDS[cmd]}: {explain(outcome)}")
+        why = f"could not {COMMAND_WORDS[cmd]}: {explain(outcome)}"
+        raise NotReached(why, after(outcome.reason))
     return True
 
 
@@ -110,6 +124,7 @@ def _write_report(station: Station, outcome: Outcome, json_file: Path | None) ->
             "reached": outcome.reached,
             "reason": outcome.reason.name,
             "sentence": explain(outcome),
+            "next_step": after(outcome.reason),
             "place": [outcome.place.x_m, outcome.place.y_m] if outcome.place else None,
             "drone_s": station.picture.drone_ms / 1000,
             "known_cells": station.picture.map.known_cells,
@@ -120,46 +135,57 @@ def _write_report(station: Station, outcome: Outcome, json_file: Path | None) ->
         write_report(json_file, figures, [Check("reached", outcome.reached, True, "==")])
 
 
-async def emergency_stop(uri: str, out: Console) -> bool:
+async def emergency_stop(uri: str, json_file: Path | None, out: Console) -> bool:
     """Cut the motors."""
-    async with station_on(RadioLink(uri)) as station:
+    async with _connected(uri, RadioLink(uri), out) as station:
         await station.emergency_stop()
     out.print("stopped: the motors are cut, the drone is locked until it is restarted")
+    if json_file:
+        write_report(json_file, {"stopped": True}, [])
     return True
 
 
-async def fetch_map(uri: str, file: Path, out: Console) -> bool:
+async def fetch_map(uri: str, file: Path, json_file: Path | None, out: Console) -> bool:
     """Wait for the whole map and write it."""
-    async with station_on(RadioLink(uri)) as station:
+    async with _connected(uri, RadioLink(uri), out) as station:
         grid = station.picture.map
         station.ask_snapshot()
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(MAP_PATIENCE_S):
-                while grid.completeness < 1:
-                    await asyncio.sleep(0.1)
+        async with share_shown(out, "map", lambda: grid.completeness):
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(MAP_PATIENCE_S):
+                    while grid.completeness < 1:
+                        await asyncio.sleep(0.1)
         save_map(grid, file)
     out.print(
         f"{file}: {grid.known_cells} known cells, {grid.completeness:.0%} of the map received"
     )
+    if json_file:
+        figures = {"file": str(file), "known_cells": grid.known_cells}
+        write_report(json_file, figures, [Check("map_complete", grid.completeness, 1.0, ">=")])
     return grid.completeness == 1
 
 
-async def give_map(uri: str, file: Path, stands: Pose | None, out: Console) -> bool:
+async def give_map(
+    uri: str, file: Path, stands: Pose | None, json_file: Path | None, out: Console
+) -> bool:
     """Let the drone have a map from a file; `stands` is where in it the drone is now."""
     arrays = file.suffix.lower() == ".npz"
     if arrays and stands:
-        raise GroundError("--pose is for ROS maps: in its own map a drone finds itself")
+        raise BadInput("--pose is for ROS maps: in its own map a drone finds itself")
     ros = None if arrays else load_ros(file)
-    async with station_on(RadioLink(uri)) as station:
+    async with _connected(uri, RadioLink(uri), out) as station:
         if ros is None:
             kept = load_map(file)
         else:
             await forget_map(station)
             kept = fit(ros, station.picture.map, stands)
-        await send_map(station, kept)
+        async with share_shown(out, "map", lambda: alike(kept, station.picture.map)):
+            await send_map(station, kept)
     out.print(
         f"{kept.known_cells} known cells sent: before it flies on, it finds its place in them"
     )
+    if json_file:
+        write_report(json_file, {"file": str(file), "known_cells": kept.known_cells}, [])
     return True
 
 

@@ -15,7 +15,7 @@ try:
     from ground import _core
 except ImportError as error:
     raise CoreMissing(
-        f"the C core is not compiled ({error}): run `make setup` or `python -m ground.core_build`"
+        f"the C core is not compiled ({error})", "`make setup`, or `python -m ground.core_build`"
     ) from error
 
 CData: TypeAlias = Any  # a value of C; cffi has no types for them

@@ -23,8 +23,9 @@ from ground.flight import Outcome, fly
 from ground.link_radio import RadioLink
 from ground.map import GroundMap
 from ground.model import LinkStats, Point
+from ground.progress import line_shown, waiting
 from ground.record import recorded, where_told
-from ground.session import explain, fly_when_settled, landing_on_interrupt, narrated
+from ground.session import explain, fly_when_settled, landing_on_interrupt, narrated, now
 from ground.sim.process import SimulatorProcess
 from ground.sim.world import World, load_world
 from ground.station import Station, station_on
@@ -68,7 +69,10 @@ async def run_demo(options: DemoOptions, out: Console) -> bool:
     speed = "max" if options.headless else "1"
     begin_s = time.monotonic()
     arguments = ("--world", options.world, "--speed", speed, "--seed", str(options.seed))
-    with SimulatorProcess(*arguments) as simulator:
+    simulator = SimulatorProcess(*arguments)
+    with contextlib.ExitStack() as stack:
+        with waiting(out, "starting the simulator"):
+            stack.enter_context(simulator)
         link = recorded(RadioLink(simulator.uri), options.recording)
         async with (
             station_on(link) as station,
@@ -100,6 +104,7 @@ async def _shown(station: Station, options: DemoOptions, out: Console) -> AsyncI
             opened = await asyncio.to_thread(webbrowser.open, address)
             out.print(f"page: [bold]{address}[/]{'' if opened else '  (open it in a browser)'}")
         await stack.enter_async_context(narrated(station, out))
+        await stack.enter_async_context(line_shown(out, lambda: now(station)))
         await stack.enter_async_context(landing_on_interrupt(station, out))
         yield
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,12 +17,13 @@ from ground.doctor_machine import Finding, Verdict, machine
 from ground.errors import GroundError, NoAnswer, ProtocolMismatch
 from ground.link_radio import RadioLink
 from ground.model import Health
+from ground.nextsteps import FLASH, reaching
+from ground.progress import share_shown
 from ground.station import station_on
 
 LOSS_LIMIT = 0.1
 LATENCY_LIMIT_MS = 100.0
 RESERVE_V = 0.2
-FLASH = "`make firmware` and `make flash` of this checkout"
 COLOURS = {Verdict.GOOD: "green", Verdict.NOTE: "yellow", Verdict.BAD: "red"}
 DECKS = {
     "deck.bcFlow2": "the Flow deck v2",
@@ -49,7 +51,7 @@ async def examine(uri: str, seconds: float, json_file: Path | None, out: Console
         findings.append(finding)
         _print(finding, out)
     if all(finding.verdict is not Verdict.BAD for finding in findings):
-        for finding in await connection(uri, seconds):
+        for finding in await connection(uri, seconds, out):
             findings.append(finding)
             _print(finding, out)
     if json_file:
@@ -59,12 +61,16 @@ async def examine(uri: str, seconds: float, json_file: Path | None, out: Console
     return all(finding.verdict is not Verdict.BAD for finding in findings)
 
 
-async def connection(uri: str, seconds: float) -> list[Finding]:
+async def connection(uri: str, seconds: float, out: Console) -> list[Finding]:
     """Connect, listen for a while, judge."""
     link = RadioLink(uri)
     try:
         async with station_on(link) as station:
-            await asyncio.sleep(seconds)
+            begin_s = time.monotonic()
+            async with share_shown(
+                out, "listening", lambda: (time.monotonic() - begin_s) / seconds
+            ):
+                await asyncio.sleep(seconds)
             stats = link.stats
             sent = stats.log_packets + stats.lost_packets
             seen = Seen(
@@ -88,14 +94,7 @@ def unreachable(uri: str, error: GroundError) -> Finding:
         return Finding("app", Verdict.BAD, sentence, FLASH)
     if isinstance(error, ProtocolMismatch):
         return Finding("app", Verdict.BAD, str(error), FLASH)
-    steps = {
-        "udp": "start one: `wayflie sim`",
-        "radio": "switch the drone on; its channel, rate and address: `wayflie scan`",
-        "usb": "plug the cable in and switch the drone on",
-        "serial": "let the other end speak CPX; the deck's UART, at 576000 baud",
-    }
-    step = steps.get(uri.partition("://")[0], "`wayflie scan`")
-    return Finding("connection", Verdict.BAD, str(error), step)
+    return Finding("connection", Verdict.BAD, str(error), reaching(uri))
 
 
 def judge(seen: Seen) -> Iterator[Finding]:

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What can go wrong on the ground.
 
-GroundError              a sentence for the user, one line
+GroundError              a sentence for the user, one line, and the next step
 +-- CoreMissing          the compiled C core is not there
 +-- LinkError            the way to the drone
 |   +-- LinkUnavailable  nobody answers, or the link cannot be opened
 |   +-- LinkLost         it was there and is gone
 |   +-- NoAnswer         a request was repeated and never answered
++-- BadInput             what was asked for cannot be, whatever the drone does
+|   +-- BadUri           an address that no driver understands; LinkUnavailable too
+|   +-- BadWaypoints     too many, none, or too far away
 +-- ProtocolMismatch     the other side runs no Wayflie, or another version
 +-- CommandRefused       the drone said no; carries its reason
-+-- BadWaypoints         too many, none, or too far away
 +-- NotReached           it flew, or not, and what was asked was not reached
 +-- StopLatched          the emergency stop was pressed and not released
 +-- SimulatorFailed      the simulator did not start or ended early
@@ -24,7 +26,11 @@ if TYPE_CHECKING:
 
 
 class GroundError(Exception):
-    """Root: str() of it is one line that a user can act upon."""
+    """Root: str() of it is one line that a user understands; `step`: what to do about it."""
+
+    def __init__(self, sentence: str, step: str = "") -> None:
+        super().__init__(sentence)
+        self.step = step
 
 
 class CoreMissing(GroundError):
@@ -63,7 +69,15 @@ class ParameterRefused(GroundError):
     """A parameter does not take the value."""
 
 
-class BadWaypoints(GroundError):
+class BadInput(GroundError):
+    """What was asked for cannot be, whatever the drone does: a file's ending, a world's name."""
+
+
+class BadUri(LinkUnavailable, BadInput):
+    """An address that no driver understands."""
+
+
+class BadWaypoints(BadInput):
     """Too many way points, none, or too far away."""
 
 

@@ -7,9 +7,11 @@ from pathlib import Path
 
 from rich.console import Console
 
+from ground.checks import write_report
 from ground.mapfile import save_map, save_table
 from ground.model import Incoming, Odometry, Telemetry
 from ground.picture import Picture
+from ground.progress import waiting
 from ground.recording import read_session
 
 POSE_COLUMNS = (
@@ -19,11 +21,15 @@ POSE_COLUMNS = (
 """Drone time; the pose in the map, and the firmware's own estimate of that moment."""
 
 
-def export_recording(recording: Path, file: Path, poses: Path | None, out: Console) -> None:
+def export_recording(
+    recording: Path, file: Path, poses: Path | None, json_file: Path | None, out: Console
+) -> bool:
     """Write the map, and a line for each pose where wanted."""
     picture = Picture()
     rows: list[tuple[float, ...]] = []
-    for word in read_session(recording):
+    with waiting(out, f"reading {recording}"):
+        session = read_session(recording)
+    for word in session:
         if not word.sent:
             message: Incoming = word.message  # type: ignore[assignment]
             picture.take(message, word.time_s)
@@ -34,6 +40,10 @@ def export_recording(recording: Path, file: Path, poses: Path | None, out: Conso
     if poses:
         save_table(poses, POSE_COLUMNS, rows)
         out.print(f"{poses}: {len(rows)} poses")
+    if json_file:
+        figures = {"file": str(file), "known_cells": picture.map.known_cells, "poses": len(rows)}
+        write_report(json_file, figures, [])
+    return True
 
 
 def _row(telemetry: Telemetry, odometry: Odometry | None) -> tuple[float, ...]:

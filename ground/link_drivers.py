@@ -27,7 +27,7 @@ from cflib.crazyflie import Crazyflie
 from cflib.crtp.crtpstack import CRTPPacket
 from cflib.crtp.serialdriver import SerialDriver
 
-from ground.errors import LinkUnavailable
+from ground.errors import BadUri, LinkUnavailable
 
 log = logging.getLogger(__name__)
 
@@ -117,23 +117,23 @@ def init_drivers() -> None:
     except ImportError as error:
         cflib.crtp.CLASSES.clear()
         raise LinkUnavailable(
-            f"USE_CFLINK=cpp asks for the Python package cflinkcpp, which is missing ({error}): "
-            "install it into this environment, or unset USE_CFLINK"
+            f"USE_CFLINK=cpp asks for the Python package cflinkcpp, which is missing ({error})",
+            "install it into this environment, or unset USE_CFLINK",
         ) from error
     if native := sys.modules.get("cflib.crtp.cflinkcppdriver"):
         native.__dict__["RadioLinkStatistics"] = NativeStatistics
 
 
 def check_uri(uri: str) -> None:
-    """Raise LinkUnavailable for what no driver could understand."""
+    """Raise BadUri for what no driver could understand."""
     scheme = uri.partition("://")[0]
     if scheme not in FORMS:
-        raise LinkUnavailable(f"{uri!r} is none of {', '.join(FORMS.values())}")
+        raise BadUri(f"{uri!r} is none of {', '.join(FORMS.values())}")
     with contextlib.suppress(ValueError):
         parts = urlsplit(uri)
         if (parts.hostname and parts.port) or scheme not in ("udp", "tcp"):
             return
-    raise LinkUnavailable(f"{uri!r} should be {FORMS[scheme]}")
+    raise BadUri(f"{uri!r} should be {FORMS[scheme]}")
 
 
 def scan() -> list[str]:

@@ -35,6 +35,7 @@ from ground.model import (
     ParameterValue,
     SetParameter,
 )
+from ground.nextsteps import reaching
 from ground.wire import decode_message, encode_request
 from ground.worker import Worker
 
@@ -170,7 +171,8 @@ class RadioLink:
                 if now_s - self._progress_s > STALL_S or now_s - begin_s > CONNECTING_S:
                     raise TimeoutError
             if error := ready.result():
-                raise LinkUnavailable(f"nobody answers at {self.uri} ({last_line(error)})")
+                why = f"nobody answers at {self.uri} ({last_line(error)})"
+                raise LinkUnavailable(why, reaching(self.uri))
         except BaseException:
             await self._hang_up(cf)
             raise

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ground.core import CellState
-from ground.errors import GroundError
+from ground.errors import BadInput, GroundError
 from ground.map import GroundMap
 from ground.mapsvg import svg_text
 from ground.model import Point
@@ -28,11 +28,11 @@ def check_free(files: Iterable[Path], force: bool) -> None:
     """Nothing is overwritten unasked. Raises GroundError, also for an ending that is unknown."""
     for file in files:
         if file.suffix.lower() not in KINDS:
-            raise GroundError(f"cannot write {file.name}: use {_listed()}")
+            raise BadInput(f"cannot write {file.name}", f"use {_listed()}")
         pair = [file, file.with_suffix(".pgm")] if file.suffix == ".yaml" else [file]
         for path in pair:
             if path.exists() and not force:
-                raise GroundError(f"{path} exists already: name another file, or --force")
+                raise GroundError(f"{path} exists already", "name another file, or --force")
 
 
 def save_map(grid: GroundMap, path: Path) -> None:
@@ -53,7 +53,7 @@ def save_map(grid: GroundMap, path: Path) -> None:
         case ".npz":
             _save_arrays(grid, path)
         case suffix:
-            raise GroundError(f"cannot write a map as {suffix or path.name!r}: use {_listed()}")
+            raise BadInput(f"cannot write a map as {suffix or path.name!r}", f"use {_listed()}")
 
 
 def save_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[float]]) -> None:

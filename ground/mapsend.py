@@ -68,6 +68,11 @@ def _missing(kept: GroundMap, drone: GroundMap) -> list[int]:
     return [int(tile) for tile in np.flatnonzero(differs)]
 
 
+def alike(kept: GroundMap, drone: GroundMap) -> float:
+    """Share of the tiles in which the drone's map is the one that was kept."""
+    return 1 - len(_missing(kept, drone)) / TILES
+
+
 async def _echo(station: Station, kept: GroundMap) -> None:
     """Wait until the drone's map is the one that was sent, or no more of it comes."""
     loop = asyncio.get_running_loop()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from ground.core import CellState, MissionState
-from ground.errors import GroundError
+from ground.errors import BadInput, GroundError
 from ground.model import Health, Odometry, Telemetry
 from ground.picture import Picture
 from ground.recording import read_session
@@ -53,9 +53,9 @@ async def plot_flight(
 ) -> bool:
     """Draw it into a picture."""
     if image.suffix.lower() not in KINDS:
-        raise GroundError(f"cannot draw into {image.name}: use .png, .svg or .pdf")
+        raise BadInput(f"cannot draw into {image.name}", "use .png, .svg or .pdf")
     if image.exists() and not force:
-        raise GroundError(f"{image} exists already: name another file, or --force")
+        raise GroundError(f"{image} exists already", "name another file, or --force")
     draw(read_flight(file), truth, file.stem).savefig(image, dpi=DPI)
     out.print(f"{image}")
     return True
@@ -133,7 +133,7 @@ def draw(flight: Flight, truth: Truth | None, title: str) -> Any:  # noqa: ANN40
         from matplotlib.figure import Figure
     except ImportError as error:
         raise GroundError(
-            f"plotting needs matplotlib ({error}): pip install 'wayflie[plot]'"
+            f"plotting needs matplotlib ({error})", "pip install 'wayflie[plot]'"
         ) from error
     figure = Figure((13, 7.5), layout="constrained")
     grid = figure.add_gridspec(3, 2, width_ratios=(1.6, 1))

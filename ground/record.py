@@ -16,7 +16,8 @@ from ground.errors import GroundError
 from ground.foxview import FoxgloveView
 from ground.link import Link
 from ground.model import Incoming, LinkStats, Outgoing
-from ground.recordfile import RecordFile, new_recording
+from ground.recordfile import RecordFile
+from ground.recordfolder import Deleted, new_recording, prune
 
 log = logging.getLogger(__name__)
 
@@ -41,7 +42,9 @@ def not_taken(file: Path) -> Path:
 
 @contextlib.asynccontextmanager
 async def where_told(link: Link, out: Rich) -> AsyncIterator[None]:
-    """Say at the end where the session is kept."""
+    """Say what was deleted for it, and at the end where the session is kept."""
+    if isinstance(link, RecordedLink) and link.deleted:
+        out.print(f"[dim]{link.deleted}[/]", soft_wrap=True)
     try:
         yield
     finally:
@@ -56,6 +59,8 @@ class RecordedLink:
         self._link = link
         self._where = where
         self.path = where or OFF
+        self.deleted: Deleted | None = None
+        """Older recordings that had to go."""
         self._file: RecordFile | None = None
         self._view: FoxgloveView | None = None
 
@@ -68,6 +73,7 @@ class RecordedLink:
         """Connect, then begin the file: a link that does not open leaves none."""
         await self._link.open()
         try:
+            self.deleted = None if self._where else prune()
             self.path = self._where or new_recording()
             self._file = RecordFile(self.path, {})
         except GroundError:

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An MCAP file that grows while somebody flies, and the folder in which such files are kept."""
+"""An MCAP file that grows while somebody flies."""
 
 from __future__ import annotations
 
 import contextlib
 import json
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import platformdirs
 from mcap.well_known import MessageEncoding
 from mcap.writer import Writer
 from mcap_protobuf.schema import register_schema
@@ -18,39 +16,12 @@ from mcap_protobuf.schema import register_schema
 from ground import __version__
 from ground.codec import to_json
 from ground.errors import GroundError
+from ground.recordfolder import hold
 
 CHUNK_BYTES = 1 << 15
 """What a crash may cost: a chunk is on the disk once it is full, in one or two seconds of a
 flight."""
 ANY_OBJECT = b'{"type": "object"}'
-
-
-def recordings_folder() -> Path:
-    """Where recordings go that were given no name."""
-    return platformdirs.user_data_path("wayflie", appauthor=False) / "recordings"
-
-
-def new_recording() -> Path:
-    """A name that is not taken, by the date; the folder is made."""
-    folder = recordings_folder()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise GroundError(
-            f"cannot record to {folder}: {error.strerror}; `--record off` flies without"
-        ) from error
-    name = time.strftime("%Y-%m-%d_%H-%M-%S")
-    taken = sum(path.stem.startswith(name) for path in folder.iterdir())
-    return folder / (f"{name}_{taken + 1}.mcap" if taken else f"{name}.mcap")
-
-
-def newest_recording() -> Path:
-    """The last that was begun among those that were given no name."""
-    folder = recordings_folder()
-    files = sorted(folder.glob("*.mcap"), key=lambda path: path.stat().st_mtime)
-    if not files:
-        raise GroundError(f"there is no recording in {folder}: fly first, or name a file")
-    return files[-1]
 
 
 class RecordFile:
@@ -61,9 +32,11 @@ class RecordFile:
         try:
             self._file = path.open("xb")
         except FileExistsError:
-            raise GroundError(f"{path} exists already: record to another file") from None
+            raise GroundError(f"{path} exists already", "record to another file") from None
         except OSError as error:
             raise GroundError(f"cannot record to {path}: {error.strerror}") from error
+        with contextlib.suppress(OSError):  # a file system without locks: the newest stays anyway
+            hold(self._file.fileno())
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES)
         self._writer.start(profile="", library=f"wayflie {__version__}")
         self._writer.add_metadata("wayflie", {"version": __version__, **about})

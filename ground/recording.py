@@ -81,7 +81,7 @@ def read_session(path: Path) -> list[Spoken]:
     except OSError as error:
         raise LinkUnavailable(f"cannot read {path}: {error.strerror}") from error
     if not words:
-        raise LinkUnavailable(f"{path} is no recording of Wayflie")
+        raise LinkUnavailable(f"{path} is no recording of Wayflie", "name an MCAP file of a flight")
     spoken, clock = [], _Clock()
     for time_s, message, sent in words:
         spoken.append(Spoken(clock.at(time_s, message), message, sent))

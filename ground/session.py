@@ -52,6 +52,16 @@ async def _narrate(station: Station, console: Console, name: str) -> None:
                     console.print(f"[{colour}]{name}link: {detail}[/]")
 
 
+def now(station: Station) -> str:
+    """How things are, in one line."""
+    picture = station.picture
+    area_m2 = picture.map.known_cells * picture.map.cell_m**2
+    words = [STATE_WORDS[picture.state], f"{area_m2:.1f} m² known"]
+    if picture.health:
+        words.append(f"{picture.health.battery_v:.2f} V")
+    return "  ".join([*words, f"{picture.drone_ms / 1000:.0f} s", "Ctrl-C lands"])
+
+
 def _words(event: Event) -> str:
     """What is said of an event; nothing of most."""
     match event.code:
@@ -59,6 +69,10 @@ def _words(event: Event) -> str:
             return STATE_WORDS[MissionState(event.argument)]
         case EventCode.FAULT:
             return f"[red]{REASON_WORDS[event.reason]}[/]"
+        case EventCode.EXPLORED if event.argument:
+            return "[yellow]explored, but for places that looking did not show[/]"
+        case EventCode.EXPLORED:
+            return "explored: all that can be reached"
         case EventCode.WAYPOINT:
             return f"at way point {event.argument + 1}"
         case EventCode.SKIPPED:

@@ -9,7 +9,7 @@ from pathlib import Path
 from ground.mapfile import save_map
 from ground.model import Telemetry
 from ground.picture import Picture
-from ground.recordfile import newest_recording
+from ground.recordfolder import newest_recording
 from ground.recording import read_recording
 
 

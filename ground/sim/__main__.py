@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`python -m ground.sim` is `wayflie sim`."""
 
-import typer
-
-from ground.sim.command import sim
+from ground.sim.command import simulator
 
 if __name__ == "__main__":
-    typer.run(sim)
+    simulator(prog_name="wayflie sim")

@@ -2,17 +2,18 @@
 """`wayflie sim`: simulated Crazyflies, each behind a UDP port."""
 
 import contextlib
-import json
 import os
 import signal
 from collections.abc import Iterator
 from math import inf
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from ground.errors import GroundError
+from ground.checks import write_json
+from ground.cli_parts import JsonFile, Profile, Seed, World, err, finish, out
+from ground.errors import BadInput
 from ground.sim.battery import HOVER_ENDURANCE_S
 from ground.sim.calls import RecordedFirmware
 from ground.sim.console import Lines, obey_one
@@ -20,7 +21,7 @@ from ground.sim.faults import parse_fault
 from ground.sim.faulttable import FAULTS
 from ground.sim.firmware import Firmware
 from ground.sim.inputs import InputFile
-from ground.sim.positioning import POSITIONINGS, Shadow
+from ground.sim.positioning import Shadow
 from ground.sim.process import READY
 from ground.sim.ranger import FALSE_SHORT
 from ground.sim.runtime import Options
@@ -30,8 +31,9 @@ from ground.sim.trouble import TroubleSpec
 from ground.sim.worldfile import read_world
 
 DEFAULT_PORT = 19850
-_EXIT_BAD_INPUT = 2
 _STANDARD_INPUT = 0
+
+simulator = typer.Typer(add_completion=False, rich_markup_mode="markdown")
 
 
 def parse_speed(text: str) -> float:
@@ -59,30 +61,37 @@ def parse_shadow(text: str) -> Shadow:
     return shadow
 
 
+@simulator.command()
 def sim(
-    world: Annotated[str, typer.Option(help="Name of a world, or a TOML file.")] = "flat",
+    world: World = "flat",
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="UDP port; 0 takes a free one.")
+        int, typer.Option(min=0, max=65535, metavar="PORT", help="UDP port; 0 takes a free one.")
     ] = DEFAULT_PORT,
     drones: Annotated[
         int,
-        typer.Option(min=1, max=DRONES_MAX, help="How many, at ports that follow each other."),
+        typer.Option(
+            min=1, max=DRONES_MAX, metavar="N", help="How many, at ports that follow each other."
+        ),
     ] = 1,
     speed: Annotated[
         str, typer.Option(help="Simulated seconds per second, or max.", metavar="N|max")
     ] = "1",
-    seed: Annotated[int, typer.Option(min=0, help="Same seed, same flight.")] = 1,
-    profile: Annotated[
-        str, typer.Option(help="Odometry drifts: real, low, hard, perfect.")
-    ] = "real",
+    seed: Seed = 1,
+    profile: Profile = "real",
     endurance: Annotated[
-        float, typer.Option(min=1.0, help="Seconds of hovering in the battery.")
+        float, typer.Option(min=1.0, metavar="S", help="Seconds of hovering in the battery.")
     ] = HOVER_ENDURANCE_S,
     false_short: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Share of the ranges that are of nothing.")
+        float,
+        typer.Option(
+            min=0.0, max=1.0, metavar="SHARE", help="Share of the ranges that are of nothing."
+        ),
     ] = FALSE_SHORT,
     positioning: Annotated[
-        str, typer.Option(help="What measures the position: " + ", ".join(POSITIONINGS) + ".")
+        Literal["flow", "lighthouse", "loco", "mocap"],
+        typer.Option(
+            metavar="NAME", help="What measures the position: flow, lighthouse, loco or mocap."
+        ),
     ] = "flow",
     shadow: Annotated[
         list[str] | None,
@@ -102,30 +111,34 @@ def sim(
     ] = False,
     loss: Annotated[
         float,
-        typer.Option(min=0.0, max=0.9, help="Datagrams lost, after a client has connected."),
+        typer.Option(
+            min=0.0, max=0.9, metavar="SHARE", help="Datagrams lost, once a client is connected."
+        ),
     ] = 0.0,
     duplication: Annotated[
-        float, typer.Option(min=0.0, max=0.9, help="Datagrams that come twice.")
+        float, typer.Option(min=0.0, max=0.9, metavar="SHARE", help="Datagrams that come twice.")
     ] = 0.0,
     reorder: Annotated[
-        float, typer.Option(min=0.0, max=0.9, help="Datagrams overtaken by the next.")
+        float,
+        typer.Option(min=0.0, max=0.9, metavar="SHARE", help="Datagrams overtaken by the next."),
     ] = 0.0,
     eeprom: Annotated[
-        Path | None, typer.Option(help="File for stored parameters; else they are forgotten.")
+        Path | None,
+        typer.Option(metavar="FILE", help="For stored parameters; else they are forgotten."),
     ] = None,
     trail: Annotated[
         bool, typer.Option("--trail", help="Write the true poses into the JSON file.")
     ] = False,
     record_inputs: Annotated[
         Path | None,
-        typer.Option(help="MCAP file for all that the app is told, for `wayflie replay --rerun`."),
+        typer.Option(
+            metavar="FILE", help="MCAP, of all that the app is told, for `wayflie replay --rerun`."
+        ),
     ] = None,
     with_parent: Annotated[
         bool, typer.Option("--with-parent", help="End when the process that started it is gone.")
     ] = False,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Where to write the flight's true figures.")
-    ] = None,
+    json_file: JsonFile = None,
 ) -> None:
     """Simulate a Crazyflie that runs Wayflie, or several, until Ctrl-C.
 
@@ -150,14 +163,18 @@ def sim(
         keep_trail=trail,
         faults=faults,
     )
-    try:
+
+    def work() -> bool:
         with contextlib.ExitStack() as stack:
             told = [stack.enter_context(_inputs(record_inputs, n, world)) for n in range(drones)]
             parent = os.getppid() if with_parent else None
-            _run(world, port, told, options, json_file, parent)
-    except (GroundError, ValueError) as error:
-        typer.echo(f"wayflie sim: {error}", err=True)
-        raise typer.Exit(_EXIT_BAD_INPUT) from error
+            try:
+                _run(world, port, told, options, json_file, parent)
+            except ValueError as error:
+                raise BadInput(str(error)) from error
+        return True
+
+    finish(work)
 
 
 @contextlib.contextmanager
@@ -189,13 +206,13 @@ def _run(
         over = bool(signals) or parent not in (None, os.getppid())  # what was typed before counts
         for line in lines.take():
             if answer := obey_one(line, [drone.faults for drone in swarm.drones]):
-                print(answer, flush=True)
+                out.print(answer, markup=False, soft_wrap=True)
         return over
 
     count = len(told)
     swarm = make_swarm(read_world(world), options, count, told)
     for name in swarm.drones[0].unknown_eeprom_names:
-        typer.echo(f"wayflie sim: EEPROM: no persistent parameter {name}", err=True)
+        err.print(f"wayflie: EEPROM: no persistent parameter {name}", markup=False)
     with contextlib.ExitStack() as stack:
         servers = [
             stack.enter_context(Server(drone.radio, port + number if port else 0))
@@ -204,8 +221,8 @@ def _run(
         swarm.warm_up()
         for server, place in zip(servers, swarm.places_m(), strict=True):
             where = f", set down at {place[0]:.2f},{place[1]:.2f}" if count > 1 else ""
-            print(f"{READY}udp://{HOST}:{server.port}, world {world}{where}", flush=True)
+            line = f"{READY}udp://{HOST}:{server.port}, world {world}{where}"
+            out.print(line, markup=False, soft_wrap=True)
         swarm.run(servers, options.speed, stopped)
     if json_file is not None:
-        figures = {"world": world, **swarm.status()}
-        json_file.write_text(json.dumps(figures, indent=2) + "\n")
+        write_json(json_file, {"world": world, **swarm.status()})

@@ -217,8 +217,8 @@ def _load() -> ModuleType:
     """A fresh copy of the library: its variables are shared with no other instance."""
     if not _LIBRARY.exists():
         raise CoreMissing(
-            "the firmware app is not compiled: run `make setup` or "
-            "`python -m ground.sim.firmware_build`"
+            "the firmware app is not compiled",
+            "`make setup`, or `python -m ground.sim.firmware_build`",
         )
     with tempfile.TemporaryDirectory(prefix="wayflie-fw-") as folder:
         copy = Path(shutil.copy(_LIBRARY, folder))

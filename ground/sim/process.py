@@ -17,6 +17,12 @@ READY = "Crazyflie at "
 _STOP_S = 20.0
 
 
+def _failure(told: str, otherwise: str) -> SimulatorFailed:
+    """What the simulator said of its end, which its command line has put into words."""
+    sentence, _, step = told.strip().removeprefix("wayflie: ").partition("\n  next: ")
+    return SimulatorFailed(sentence or otherwise, step)
+
+
 class SimulatorProcess:
     """Context: the simulator runs and its uri answers. stop() returns its status."""
 
@@ -63,7 +69,7 @@ class SimulatorProcess:
         if not line.startswith(READY):
             _, errors = process.communicate()
             self._folder.cleanup()
-            raise SimulatorFailed(errors.strip() or "the simulator ended at once")
+            raise _failure(errors, "the simulator ended at once")
         lines = [line, *(process.stdout.readline() for _ in range(1, self._drones))]
         self.uris = [line.removeprefix(READY).split(",")[0].strip() for line in lines]
         self.uri = self.uris[0]
@@ -87,7 +93,7 @@ class SimulatorProcess:
         self._process.send_signal(signal.SIGTERM)
         _, errors = self._process.communicate(timeout=_STOP_S)
         if self._process.returncode != 0:
-            raise SimulatorFailed(errors.strip() or "the simulator failed")
+            raise _failure(errors, "the simulator failed")
         status: dict[str, Any] = json.loads(self._json.read_text())
         return status
 

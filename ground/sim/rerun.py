@@ -13,6 +13,7 @@ from rich.console import Console
 from ground.checks import Check, write_report
 from ground.errors import GroundError, LinkUnavailable
 from ground.model import Incoming
+from ground.progress import waiting
 from ground.recordfile import RecordFile
 from ground.recording import Entry, read_entries, read_session
 from ground.sim.caller import Caller
@@ -55,15 +56,17 @@ class Comparison:
 async def rerun_file(file: Path, into: Path | None, json_file: Path | None, out: Console) -> bool:
     """Compute it again; @return whether the C code said the same, where that can be judged."""
     try:
-        entries = list(read_entries(file))
+        with waiting(out, f"reading {file}"):
+            entries = list(read_entries(file))
     except OSError as error:
         raise LinkUnavailable(f"cannot read {file}: {error.strerror}") from error
     copy = RecordFile(into, {"rerun_of": file.name}) if into else None
     try:
-        if any(entry.topic == CALLS for entry in entries):
-            figures, checks = _rerun_calls(entries, copy)
-        else:
-            figures, checks = RadioRerun(read_session(file), _keeper(copy)).report()
+        with waiting(out, "computing it again"):
+            if any(entry.topic == CALLS for entry in entries):
+                figures, checks = _rerun_calls(entries, copy)
+            else:
+                figures, checks = RadioRerun(read_session(file), _keeper(copy)).report()
     finally:
         if copy:
             copy.close()

@@ -10,7 +10,7 @@ import tomllib
 from pathlib import Path
 from typing import Final
 
-from ground.errors import GroundError
+from ground.errors import BadInput
 from ground.sim.worldspec import (
     WALL_REFLECTIVITY,
     Motion,
@@ -26,7 +26,7 @@ MAX_EXTENT_M: Final = 100.0
 MAX_TIME_S: Final = 1e6
 
 
-class WorldError(GroundError):
+class WorldError(BadInput):
     """A world file is missing or says something that cannot be."""
 
     def __init__(self, file: str, key: str, reason: str) -> None:

@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 
 from rich.console import Console
 
+from ground.checks import write_json
 from tests.bench import chip_app
 from tests.bench.cycles import SAFETY, TICK_LIMIT_CYCLES, flag_figures, outcome, stage_table
 from tests.firmware.build import FLAG_SETS
@@ -89,5 +89,5 @@ def run_chip(json_file: Path | None, flights: int, out: Console) -> bool:
     for name, holds in found["checks"].items():
         out.print(f"{'ok  ' if holds else 'FAIL'} {name}")
     if json_file:
-        json_file.write_text(json.dumps(found, indent=2) + "\n")
+        write_json(json_file, found)
     return all(found["checks"].values())

@@ -1,17 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: help that helps, errors of one line, exit codes."""
+"""The command line: help that helps, errors with the next step, exit codes, figures as JSON."""
 
 import json
+import os
+import re
 import socket
+import subprocess
+import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
+from ground import cli_start
 from ground.checks import Check, write_report
 from ground.cli import app
+from ground.cli_parts import EXITS
+from ground.core import MissionReason
+from ground.nextsteps import after
+from ground.progress import bar, waiting
 
-COMMANDS = ("demo", "sim", "ground", "goto", "explore", "home", "land", "stop", "map", "replay")
+MEASURING = (
+    "demo", "sim", "goto", "explore", "fly", "patrol", "spin", "home", "land", "stop", "scan",
+    "doctor", "map save", "map load", "replay", "campaign", "bench chip", "bench slam",
+    "bench reloc", "bench plan", "bench link",
+)  # fmt: skip
+COMMANDS = (*MEASURING, "ground", "plot", "map", "bench")
 
 
 @pytest.fixture
@@ -23,28 +39,93 @@ def dead_uri() -> str:
     return f"udp://127.0.0.1:{port}"
 
 
-def test_help_names_all_commands_and_what_to_try_first() -> None:
-    result = CliRunner().invoke(app, ["--help"])
+def run(*words: str) -> Any:  # noqa: ANN401  its class depends on typer's version
+    return CliRunner().invoke(app, words)
+
+
+def helped(command: str) -> str:
+    result = run(*command.split(), "--help")
     assert result.exit_code == 0
-    assert "Try first: wayflie demo" in " ".join(result.output.split())
+    return str(result.output)
+
+
+def test_alone_it_shows_what_to_try_first_in_commands_that_exist() -> None:
+    result = run()
+    assert result.exit_code == 0
+    lines = [line for lines in cli_start.DAY.values() for line in lines]
+    assert lines[0] == "wayflie demo"
+    for line in lines:
+        assert line in result.output
+        assert re.match(r"wayflie [a-z]", line)
+        words = line.replace("map save", "map-save").split()[1]
+        assert words.replace("-", " ") in COMMANDS
+    assert max(map(len, result.output.splitlines())) <= 80
+
+
+def test_help_names_all_commands_and_the_exit_codes() -> None:
+    told = " ".join(helped("").split())
     for command in COMMANDS:
-        assert command in result.output
+        assert f" {command.split()[0]} " in told
+    assert EXITS.replace("`", "") in told
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_each_command_has_help(command: str) -> None:
-    result = CliRunner().invoke(app, [command, "--help"])
-    assert result.exit_code == 0
-    assert "Usage" in result.output
+    told = helped(command)
+    assert f"Usage: wayflie {command}" in told.replace("root", "wayflie")
+    assert bool(re.search(r"^│ --json", told, re.MULTILINE)) == (command in MEASURING)
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("wayflie go", "goto"),
+        ("wayflie map s", "save"),
+        ("wayflie sim --prof", "--profile"),
+        ("wayflie campaign --kind mov", "moving"),
+        ("wayflie demo --world cl", "clutter"),
+    ],
+)
+def test_a_shell_completes(typed: str, offered: str) -> None:
+    count = str(len(typed.split()) - 1)
+    environment = os.environ | {
+        "_WAYFLIE_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": count,
+    }  # fmt: skip
+    command = [sys.executable, "-m", "ground"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert done.stdout.split() == [offered]
 
 
 @pytest.mark.parametrize("arguments", [["goto", "1", "-2"], ["land"], ["explore"], ["stop"]])
-def test_nobody_there_is_one_line_and_exit_1(arguments: list[str], dead_uri: str) -> None:
-    result = CliRunner().invoke(app, [*arguments, "--uri", dead_uri])
+def test_nobody_there_is_one_line_what_to_do_and_exit_1(
+    arguments: list[str], dead_uri: str
+) -> None:
+    result = run(*arguments, "--uri", dead_uri)
     assert result.exit_code == 1
     assert result.stderr.splitlines() == [
-        f"wayflie: nobody answers at {dead_uri} (connection refused)"
+        f"wayflie: nobody answers at {dead_uri} (connection refused)",
+        "  next: start one: `wayflie sim`, in another terminal",
     ]
+    assert result.stdout == ""
+
+
+def test_json_goes_to_standard_output_and_words_beside_it(dead_uri: str, tmp_path: Path) -> None:
+    result = run("doctor", "--uri", dead_uri, "--json", "-")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["findings"][-1]["next_step"]
+    assert "nobody answers" in result.stderr
+    result = run("explore", "--uri", dead_uri, "--json", str(tmp_path / "out.json"))
+    assert (result.exit_code, result.stdout) == (1, "")
+    told = json.loads((tmp_path / "out.json").read_text())
+    assert told["reached"] is False
+    assert "nobody answers" in told["sentence"] and "wayflie sim" in told["next_step"]
+    assert run("doctor", "--uri", dead_uri).stdout != ""
+
+
+def test_a_report_that_cannot_be_written_is_told_before_it_flies(tmp_path: Path) -> None:
+    result = run("goto", "1", "2", "--json", str(tmp_path / "none" / "out.json"))
+    assert result.exit_code == 2
+    assert "no folder" in result.stderr
 
 
 def test_uri_may_come_from_the_environment(dead_uri: str) -> None:
@@ -53,21 +134,49 @@ def test_uri_may_come_from_the_environment(dead_uri: str) -> None:
     assert dead_uri in result.stderr
 
 
-def test_a_uri_of_no_driver_is_told() -> None:
-    result = CliRunner().invoke(app, ["land", "--uri", "carrier-pigeon://1"])
-    assert result.exit_code == 1
-    assert len(result.stderr.splitlines()) == 1
+@pytest.mark.parametrize(
+    ("typed", "named"),
+    [
+        ("goto one 2", "'X'"), ("goto 1", "'Y'"), ("goto 1 nan", "nan"), ("fly", "X,Y"),
+        ("fly 1", "'1'"), ("fly 1,inf", "inf"), ("land 7", "(7)"), ("launch", "launch"),
+        ("land --uri carrier-pigeon://1", "carrier-pigeon"), ("sim --profile none", "perfect"),
+        ("sim --world atlantis", "clutter"), ("demo --headless --world atlantis", "clutter"),
+        ("campaign --kind none", "moving"), ("campaign --set a", "PARAMETER=NUMBER"),
+        ("map save room.txt", ".yaml"), ("plot no.mcap --image room.txt", ".svg"),
+        ("spin --turns 99", "20"), ("bench slam --against a", "pf"),
+    ],
+)  # fmt: skip
+def test_wrong_usage_is_exit_2_and_says_what_is_wrong(typed: str, named: str) -> None:
+    result = run(*typed.split())
+    assert result.exit_code == 2
+    assert named in result.stderr
 
 
-@pytest.mark.parametrize("arguments", [["goto", "one", "2"], ["goto", "1"], ["fly"], ["land", "7"]])
-def test_wrong_usage_is_exit_2(arguments: list[str]) -> None:
-    assert CliRunner().invoke(app, arguments).exit_code == 2
+def test_every_reason_of_a_refusal_has_a_next_step() -> None:
+    obvious = {MissionReason.OK, MissionReason.BAD_VALUE, MissionReason.UNKNOWN_COMMAND}
+    assert {reason for reason in MissionReason if not after(reason)} <= obvious
 
 
-def test_an_unknown_world_is_told() -> None:
-    result = CliRunner().invoke(app, ["demo", "--headless", "--world", "atlantis"])
-    assert result.exit_code == 1
-    assert "atlantis" in result.stderr
+def test_without_the_compiled_core_it_says_what_to_do(tmp_path: Path) -> None:
+    lacking = "import sys; sys.modules['ground._core'] = None; from ground.cli import main; main()"
+    for words in ([], ["--help"], ["goto", "1", "2"]):
+        command = [sys.executable, "-c", lacking, *words]
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode == (1 if "goto" in words else 0), done.stderr
+    assert done.stderr.splitlines()[-1].startswith("  next: `make setup`")
+    assert len(done.stderr.splitlines()) == 2
+
+
+def test_progress_is_quiet_where_output_is_piped(tmp_path: Path) -> None:
+    with (tmp_path / "out").open("w+") as file:
+        console = Console(file=file)
+        with waiting(console, "long"), bar(console) as progress:
+            progress.update(progress.add_task("longer", total=1.0), completed=1.0)
+        assert file.tell() == 0
+        console = Console(file=file, force_terminal=True)
+        with waiting(console, "long"):
+            pass
+        assert file.tell() > 0
 
 
 def test_version() -> None:

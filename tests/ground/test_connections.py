@@ -174,11 +174,13 @@ def test_a_serial_line_with_nobody_at_its_end_is_told() -> None:
         ("", "'{}' is none of radio://"),
     ],
 )
-def test_what_is_not_there_is_one_line(uri: str, why: str) -> None:
+def test_what_is_not_there_is_one_line_and_what_to_do(uri: str, why: str) -> None:
     result = CliRunner().invoke(app, ["land", "--uri", uri])
-    assert result.exit_code == 1
-    (line,) = result.stderr.splitlines()
+    nobody = "nobody answers" in why
+    assert result.exit_code == (1 if nobody else 2)
+    line, *step = result.stderr.splitlines()
     assert line.startswith(f"wayflie: {why.format(uri)}")
+    assert len(step) == nobody
 
 
 NATIVE = '''

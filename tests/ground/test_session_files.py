@@ -18,7 +18,8 @@ from typer.testing import CliRunner
 from ground.cli import app
 from ground.mapfile import load_map
 from ground.model import Command, Event, Health, Odometry, Pose, Ranges, Telemetry
-from ground.recordfile import RecordFile, new_recording
+from ground.recordfile import RecordFile
+from ground.recordfolder import new_recording
 from ground.recording import read_entries, read_session
 from ground.rosmap import fit, load_ros
 from ground.sim.calls import RecordedFirmware

@@ -94,7 +94,8 @@ def _fly(
         TimeRemainingColumn(),
     )
     failed = sum(not row.ok for row in done)
-    with Progress(*columns, console=out) as progress, _executor(wanted) as executor:
+    quiet = not out.is_terminal
+    with Progress(*columns, console=out, disable=quiet) as progress, _executor(wanted) as executor:
         bar = progress.add_task(_headline(failed), total=wanted.missions, completed=len(done))
 
         def tell(row: Row) -> None:

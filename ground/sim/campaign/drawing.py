@@ -66,7 +66,7 @@ def _figure(wide: float, high: float) -> Any:  # noqa: ANN401  matplotlib has no
         from matplotlib.figure import Figure
     except ImportError as error:
         raise GroundError(
-            f"--plot needs matplotlib ({error}): pip install 'wayflie[bench]'"
+            f"--plot needs matplotlib ({error})", "pip install 'wayflie[bench]'"
         ) from error
     return Figure((wide, high), layout="constrained")
 

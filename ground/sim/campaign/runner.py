@@ -37,7 +37,7 @@ def cluster(address: str) -> Iterator[Executor]:
         from distributed import Client
     except ImportError as error:
         raise GroundError(
-            f"--dask needs dask.distributed ({error}): pip install 'wayflie[bench]'"
+            f"--dask needs dask.distributed ({error})", "pip install 'wayflie[bench]'"
         ) from error
     connect: Any = Client
     try:

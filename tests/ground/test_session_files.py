@@ -189,7 +189,7 @@ def test_a_map_is_loaded_where_the_drone_stands(flown: Flown, tmp_path: Path) ->
     with SimulatorProcess("--world", WORLD, "--speed", "max") as simulator:
         run("map", "load", str(room), "--pose=0.5,-0.25,1.57", "--uri", simulator.uri)
         run("map", "save", str(after), "--uri", simulator.uri)
-        run("map", "load", str(after), "--pose", "0,0,0", "--uri", simulator.uri, code=1)
+        run("map", "load", str(after), "--pose", "0,0,0", "--uri", simulator.uri, code=2)
     held = load_map(after)
     laid = fit(load_ros(room), held, Pose(0.5, -0.25, 0.0, 1.57))
     assert np.array_equal(held.states, laid.states)

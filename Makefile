@@ -98,6 +98,7 @@ fuzz: setup ## Feed everything that takes outside data with nonsense [SECONDS=60
 firmware: need-base ## Build the app into the real firmware: CRAZYFLIE_BASE=... [PLATFORM=cf2|cf21bl]
 	$(MAKE) -C firmware_app CRAZYFLIE_BASE=$(abspath $(CRAZYFLIE_BASE)) $(PLATFORM)_defconfig
 	$(MAKE) -C firmware_app CRAZYFLIE_BASE=$(abspath $(CRAZYFLIE_BASE))
+	@! test -x $(BIN)/python || $(BIN)/python -m tests.tools.elf_tables firmware_app/build/$(PLATFORM).elf
 
 .PHONY: need-base
 need-base:
@@ -112,6 +113,10 @@ flash: $(CFCLIENT)/.installed ## Send the built firmware to a Crazyflie [PLATFOR
 .PHONY: sizes
 sizes: setup ## Print what core and app need on the chip: RAM, flash, stack
 	$(BIN)/python -m tests.tools.sizes
+
+.PHONY: docs
+docs: setup ## Write the tables of parameters and log variables in DESIGN.md anew
+	$(BIN)/python -m tests.tools.docs
 
 .PHONY: picture
 picture: setup ## Take the pictures of the README anew

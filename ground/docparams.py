@@ -16,7 +16,7 @@ from ground.core import lib
 
 GROUND = Path(__file__).resolve().parent
 SOURCES = GROUND.parent / "firmware_app" / "app"
-PARAMS, LOGS = "app_params.c", "app_status.c"
+PARAMS, LOGS, MAP = "app_params.c", "app_status.c", "app_map.c"
 
 _ENTRY = re.compile(
     r"/\*\*\s*\n(?P<doc>(?: \*.*\n)+?) \*/\n"
@@ -61,6 +61,12 @@ def parameters() -> dict[str, Variable]:
 def log_variables() -> dict[str, Variable]:
     """All log variables of the group `way`, likewise."""
     return _read(LOGS, "LOG")
+
+
+@functools.cache
+def map_variables() -> dict[str, Variable]:
+    """All log variables of the group `waymap`."""
+    return _read(MAP, "LOG")
 
 
 def source_text(name: str) -> str:

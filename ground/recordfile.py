@@ -18,9 +18,10 @@ from ground.codec import to_json
 from ground.errors import GroundError
 from ground.recordfolder import hold
 
-CHUNK_BYTES = 1 << 15
-"""What a crash may cost: a chunk is on the disk once it is full, in one or two seconds of a
-flight."""
+CHUNK_NS = 2_000_000_000
+"""What a crash may cost: a chunk is on the disk when it is so old."""
+CHUNK_BYTES = 1 << 17
+"""Or so large. The index of each chunk, about 2 kB, is in memory until the file is complete."""
 ANY_OBJECT = b'{"type": "object"}'
 
 
@@ -41,6 +42,7 @@ class RecordFile:
         self._writer.start(profile="", library=f"wayflie {__version__}")
         self._writer.add_metadata("wayflie", {"version": __version__, **about})
         self._channels: dict[str, int] = {}
+        self._chunk_ns: int | None = None  # when the present chunk was begun
 
     def note(self, topic: str, word: object, time_ns: int) -> None:
         """A dataclass of the model."""
@@ -78,4 +80,10 @@ class RecordFile:
 
     def _write(self, topic: str, data: bytes, time_ns: int) -> None:
         self._writer.add_message(self._channels[topic], time_ns, data, time_ns)
-        self._file.flush()  # a chunk that is full shall outlive this program
+        if self._chunk_ns is None or time_ns < self._chunk_ns:
+            self._chunk_ns = time_ns
+        if time_ns - self._chunk_ns >= CHUNK_NS:
+            self._writer.flush()  # type: ignore[no-untyped-call]
+            self._chunk_ns = None
+        else:
+            self._file.flush()  # a chunk that is full shall outlive this program

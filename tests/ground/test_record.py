@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from mcap.reader import make_reader
 from typer.testing import CliRunner
 
 from ground.cli import app
@@ -140,6 +141,21 @@ def test_other_files_are_refused(tmp_path: Path, content: bytes) -> None:
         asyncio.run(ReplayLink(path).open())
     result = CliRunner().invoke(app, ["replay", str(path)])
     assert result.exit_code == 1
+
+
+def test_chunks_are_of_seconds_however_little_is_said(tmp_path: Path) -> None:
+    """What is older than two seconds is in the file before it is closed; no chunk is younger."""
+    path = tmp_path / "flight.mcap"
+    record, second_ns = RecordFile(path, {}), 1_000_000_000
+    for number, message in enumerate(spoken()[:100]):
+        record.note("/Telemetry", message, number * second_ns // 10)
+        heard = [time_s for time_s, _ in read_recording(path)]
+        assert number / 10 - max(heard, default=0.0) <= 2.1
+    record.close()
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    assert len(summary.chunk_indexes) == 5
 
 
 def test_a_missing_file_and_a_bad_folder_are_told(tmp_path: Path) -> None:

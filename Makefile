@@ -29,7 +29,7 @@ setup: $(VENV)/.built ## Create .venv with everything in it; compile the C code 
 $(VENV)/.installed: pyproject.toml
 	tests/tools/debian_packages.sh host
 	python3 -m venv $(VENV)
-	$(BIN)/python $(PIP) --editable '.[sim,plot,bench,dev]'
+	$(BIN)/python $(PIP) --editable '.[plot,bench,dev]'
 	@touch $@
 
 $(VENV)/.built: $(VENV)/.installed $(C_SOURCES) $(BUILD_SCRIPTS)
@@ -117,6 +117,11 @@ sizes: setup ## Print what core and app need on the chip: RAM, flash, stack
 .PHONY: docs
 docs: setup ## Write the tables of parameters and log variables in DESIGN.md anew
 	$(BIN)/python -m tests.tools.docs
+
+.PHONY: wheel
+wheel: ## Build the wheel, install it into an empty environment, fly from an empty folder
+	tests/tools/debian_packages.sh host
+	tests/tools/try_wheel.sh
 
 .PHONY: picture
 picture: setup ## Take the pictures of the README anew

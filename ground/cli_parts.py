@@ -130,7 +130,9 @@ def end(error: GroundError) -> NoReturn:
 
 def finish(work: Callable[[], bool]) -> None:
     """Do it. Exit 0 if it reached what was asked, else as `EXITS` says."""
-    # Being asked to end is as Ctrl-C: land first.
+    # Being asked to end is as Ctrl-C: land first. So it is for what a script has put into the
+    # background, where shells switch Ctrl-C off.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     try:
         reached = work()

@@ -49,7 +49,6 @@ _BY_REASON: dict[MissionReason, str] = {
     MissionReason.BAD_AREA: "set way.areaX0 to way.areaY1 anew, or way.cell larger",
     MissionReason.GOAL_OCCUPIED: _NEARER,
     MissionReason.GOAL_UNREACHABLE: "`wayflie explore` looks for ways; a smaller way.clearance",
-    MissionReason.NOT_FLYING: "let it take off first",
     MissionReason.FLYING: "`wayflie land` first",
     MissionReason.STUCK: "look at the page of `wayflie ground`: what is around it?",
     MissionReason.RANGES_FROZEN: "switch it off and on; `wayflie doctor`",

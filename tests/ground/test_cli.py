@@ -153,7 +153,12 @@ def test_wrong_usage_is_exit_2_and_says_what_is_wrong(typed: str, named: str) ->
 
 
 def test_every_reason_of_a_refusal_has_a_next_step() -> None:
-    obvious = {MissionReason.OK, MissionReason.BAD_VALUE, MissionReason.UNKNOWN_COMMAND}
+    obvious = {
+        MissionReason.OK,
+        MissionReason.BAD_VALUE,
+        MissionReason.UNKNOWN_COMMAND,
+        MissionReason.NOT_FLYING,
+    }
     assert {reason for reason in MissionReason if not after(reason)} <= obvious
 
 

@@ -21,7 +21,7 @@ from ground.model import Event, LinkChange, LinkState, Point
 from ground.record import not_taken, recorded, where_told
 from ground.station import Station, station_on
 from ground.web.fleet import Member
-from ground.words import REASON_WORDS, STATE_WORDS
+from ground.words import EXPLORED_PARTLY, REASON_WORDS, STATE_WORDS
 
 log = logging.getLogger(__name__)
 
@@ -70,7 +70,7 @@ def _words(event: Event) -> str:
         case EventCode.FAULT:
             return f"[red]{REASON_WORDS[event.reason]}[/]"
         case EventCode.EXPLORED if event.argument:
-            return "[yellow]explored, but for places that looking did not show[/]"
+            return f"[yellow]{EXPLORED_PARTLY}[/]"
         case EventCode.EXPLORED:
             return "explored: all that can be reached"
         case EventCode.WAYPOINT:

@@ -25,7 +25,7 @@ from ground.progress import bar, waiting
 MEASURING = (
     "demo", "sim", "goto", "explore", "fly", "patrol", "spin", "home", "land", "stop", "scan",
     "doctor", "map save", "map load", "replay", "campaign", "bench chip", "bench slam",
-    "bench reloc", "bench plan", "bench link",
+    "bench reloc", "bench plan", "bench link", "bench page",
 )  # fmt: skip
 COMMANDS = (*MEASURING, "ground", "plot", "map", "bench")
 

@@ -26,11 +26,11 @@ def test_way_points_are_drawn_mended_and_flown(desk: Map) -> None:
     for place in places:
         page.mouse.click(*desk.at(*place))
     words = page.locator("#draft-text")
-    expect(words).to_have_text("4 way points")
+    expect(words).to_have_text("4 points")
     page.keyboard.press("Backspace")
-    expect(words).to_have_text("3 way points")
+    expect(words).to_have_text("3 points")
     desk.drag(desk.at(1.0, 1.0), desk.at(0.5, 0.8))
-    expect(words).to_have_text("3 way points")
+    expect(words).to_have_text("3 points")
     page.keyboard.press("Enter")
     desk.wait(lambda: desk.wishes("fly"))
     points = desk.wishes("fly")[0]["points"]

@@ -4,6 +4,7 @@
 const SCALE = [12, 600]; // CSS pixels a metre
 const FIT_SCALE_MAX = 160;
 const MARGIN_M = 0.6;
+const TOOLS_PX = { top: 62, right: 58, bottom: 34 }; // what lies over the map's edges
 const GLIDE_MS = 110;
 const STILL = 1e-3;
 
@@ -95,13 +96,15 @@ export class Camera {
     if (this.mode === MODES.follow) return drone && { centre: drone, scale: this.scale };
     if (this.mode !== MODES.fit) return null;
     const [x0, y0, x1, y1] = knownBox ?? [-2, -2, 2, 2];
-    const [w, h] = this.size;
+    const { top, right, bottom } = knownBox ? TOOLS_PX : { top: 0, right: 0, bottom: 0 };
+    const [w, h] = [this.size[0] - right, this.size[1] - top - bottom];
     const [sine, cosine] = [Math.abs(Math.sin(this.angle)), Math.abs(Math.cos(this.angle))];
     const [wide, high] = [x1 - x0 + 2 * MARGIN_M, y1 - y0 + 2 * MARGIN_M];
     const across = w / (wide * cosine + high * sine);
     const down = h / (wide * sine + high * cosine);
     const scale = Math.max(SCALE[0], Math.min(across, down, FIT_SCALE_MAX));
-    return { centre: [(x0 + x1) / 2, (y0 + y1) / 2], scale };
+    const [dx, dy] = turned([right / 2 / scale, (top - bottom) / 2 / scale], -this.angle);
+    return { centre: [(x0 + x1) / 2 + dx, (y0 + y1) / 2 + dy], scale };
   }
 }
 

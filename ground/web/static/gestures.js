@@ -6,6 +6,8 @@ const DRAG_PX = 6;
 const HOLD_MS = 500;
 const TURN_AFTER_RAD = 0.17; // two fingers turn the map only if they mean it
 const WHEEL = 1 / 400;
+const PINCHED_WHEEL = 1 / 100; // what two fingers on a touchpad become
+const LINE_PX = 16;
 
 /** actions: tap(px, py), hold(px, py), hover(px, py), leave(), grab(px, py) -> {move, drop, cancel}
  * or null, changed(). */
@@ -110,7 +112,8 @@ export class Gestures {
 
   wheel(event) {
     event.preventDefault();
-    this.camera.zoom(Math.exp(-event.deltaY * WHEEL), event.offsetX, event.offsetY);
+    const by = event.deltaY * (event.deltaMode ? LINE_PX : 1) * (event.ctrlKey ? PINCHED_WHEEL : WHEEL);
+    this.camera.zoom(Math.exp(-by), event.offsetX, event.offsetY);
     this.actions.changed();
   }
 }

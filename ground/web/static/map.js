@@ -14,8 +14,14 @@ const FRAME_MS_MAX = 100; // a page that slept does not leap
 const STEP_M = 0.05;
 const GHOST_POINTS = 4000;
 const SCALE_M = [0.1, 0.2, 0.5, 1, 2, 5, 10];
-const SCALE_PX = 60;
+const SCALE_PX = 48;
 const PEOPLE_MS = 2000;
+const TAP = matchMedia("(pointer: coarse)").matches ? "Tap" : "Click";
+const HINTS = {
+  go: { pointer: `${TAP} anywhere to send the drone there`, keys: "Shift and arrows move a cross, Enter goes there" },
+  points: { pointer: "", keys: "Shift and arrows, P: a point at the cross, Enter: fly" },
+  area: { pointer: "", keys: "Shift and arrows, P: a corner at the cross, Enter: use" },
+};
 const $ = (id) => document.getElementById(id);
 
 export class MapPanel {
@@ -44,6 +50,7 @@ export class MapPanel {
       grab: (px, py) => this.tools.grab(px, py),
       changed,
     });
+    for (const kind of ["focus", "blur"]) $("map").addEventListener(kind, changed);
     this.listen();
     globalThis.wayflie = { map: this }; // for tests and the console
   }
@@ -68,14 +75,13 @@ export class MapPanel {
   /** A state message of the server. */
   take(message) {
     this.state = message;
-    const { trail, trail_from: from, can, drone } = message;
+    const { trail, trail_from: from, can, drone, odometry, area, route, fleet } = message;
     if (trail.length || from < this.trail.length) this.trail = [...this.trail.slice(0, from), ...trail];
-    this.followGhost(drone.time_s, message.odometry);
+    this.followGhost(drone.time_s, odometry);
     $("map").style.cursor = can.goto ? "crosshair" : "default";
-    $("hint").hidden = !can.goto || this.trail.length > 0 || this.tools.mode !== null;
     for (const id of ["tool-points", "tool-area"]) $(id).disabled = !can.goto;
     this.preview.refresh();
-    const key = JSON.stringify([drone, message.odometry, message.area, message.route, message.fleet, trail, from]);
+    const key = JSON.stringify([can.goto, drone, odometry, area, route, fleet, trail, from]);
     if (key !== this.drawnOf || this.layers.shown.age) this.changed();
     this.drawnOf = key;
   }
@@ -199,10 +205,20 @@ export class MapPanel {
     };
   }
 
+  /** What to do here: until it has flown, and for who came with the Tab key. */
+  showHint() {
+    const { keys, pointer } = HINTS[this.tools.mode ?? "go"];
+    const keyed = $("map").matches(":focus-visible");
+    const words = keyed ? keys : pointer;
+    $("hint").hidden = !this.state?.can.goto || !words || (!keyed && this.trail.length > 0);
+    if ($("hint").textContent !== words) $("hint").textContent = words;
+  }
+
   showTools() {
     const { camera, state, layers } = this;
     $("fit").ariaPressed = String(camera.mode === "fit");
     $("follow").ariaPressed = String(camera.mode === "follow");
+    this.showHint();
     $("compass").hidden = camera.angle === 0;
     $("compass").firstElementChild.style.transform = `rotate(${-camera.angle}rad)`;
     const metres = SCALE_M.find((m) => m * camera.scale >= SCALE_PX) ?? SCALE_M.at(-1);

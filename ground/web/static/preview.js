@@ -58,9 +58,10 @@ export class Preview {
   /** Words beside the place. */
   show() {
     const { bubble, camera, answer, place } = this;
-    bubble.hidden = !place || !answer;
+    if (!place) bubble.textContent = "";
+    else if (this.fits && bubble.textContent !== answer.words) bubble.textContent = answer.words;
+    bubble.hidden = !bubble.textContent;
     if (bubble.hidden) return;
-    if (this.fits && bubble.textContent !== answer.words) bubble.textContent = answer.words;
     bubble.dataset.ok = String(answer.ok);
     const [w] = camera.size;
     const [px, py] = camera.toScreen(...place);

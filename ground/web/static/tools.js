@@ -157,6 +157,7 @@ export class Tools {
     const { mode, points, area } = this;
     for (const name of ["points", "area"]) $(`tool-${name}`).ariaPressed = String(mode === name);
     $("draft").hidden = !mode;
+    $("draft").dataset.mode = mode ?? "";
     for (const id of ["draft-fly", "draft-patrol", "draft-undo"]) $(id).hidden = mode !== "points";
     $("draft-use").hidden = mode !== "area";
     for (const id of ["draft-fly", "draft-patrol", "draft-undo"]) $(id).disabled = !points.length;
@@ -187,10 +188,10 @@ function size([x0, y0, x1, y1]) {
 }
 
 function areaWords(area) {
-  return area ? size(area) : "Drag a rectangle";
+  return area ? size(area) : "Drag a box";
 }
 
 function pointWords(count) {
-  if (!count) return "Click the way points";
-  return count === 1 ? "1 way point" : `${count} way points`;
+  if (!count) return "Mark places";
+  return count === 1 ? "1 point" : `${count} points`;
 }

@@ -159,6 +159,7 @@ def test_a_long_press_shows_and_a_tap_goes(phone: Map) -> None:
 
 def test_the_keyboard_alone_goes(desk: Map) -> None:
     keyboard = desk.page.keyboard
+    desk.page.mouse.move(200, 300)
     desk.page.locator("#map").focus()
     keyboard.press("ArrowRight")
     assert desk.ask("map.keys.cross") is None, "plain arrows fly by hand"
@@ -170,6 +171,10 @@ def test_the_keyboard_alone_goes(desk: Map) -> None:
     cx, cy = desk.ask("map.camera.centre")
     assert (x, y) == pytest.approx((cx + 0.3, cy + 0.2), abs=0.06)
     expect(desk.page.locator("#preview")).to_contain_text("to fly", timeout=WAIT_MS)
+    desk.ground.call(lambda: desk.ground.link.say(hovering(0.8, -0.25)))
+    desk.wait(lambda: desk.ask("map.state.drone.pose")[0] == 0.8)
+    desk.rest()
+    assert desk.ask("map.keys.cross") == [x, y], "a mouse that rests on the map moves nothing"
     assert desk.wishes("goto") == []
     keyboard.press("Enter")
     assert desk.sent_goal() == pytest.approx((x, y))

@@ -89,6 +89,7 @@ export class Gestures {
       this.actions.tap(...at);
     } else {
       thing?.drop(...at);
+      if (event.pointerType === "mouse") this.actions.hover(...at);
     }
     this.tapping = false;
   }

@@ -43,7 +43,7 @@ export class MapPanel {
     this.keys = new Keys($("map"), this);
     this.forget();
     new Gestures($("map"), camera, {
-      tap: (px, py) => this.tools.tap(px, py) || this.go(camera.toWorld(px, py)),
+      tap: (px, py) => this.tap(px, py),
       hold: (px, py) => this.look(camera.toWorld(px, py)),
       hover: (px, py) => this.hover(px, py),
       leave: () => this.leave(),
@@ -124,6 +124,11 @@ export class MapPanel {
     this.changed();
   }
 
+  tap(px, py) {
+    this.pointer = null; // nothing is previewed until it moves on
+    if (!this.tools.tap(px, py)) this.go(this.camera.toWorld(px, py));
+  }
+
   go([x, y]) {
     if (!this.state?.can.goto) return;
     this.tools.forget();
@@ -185,7 +190,8 @@ export class MapPanel {
     this.showTools();
     if (!moving) return;
     this.changed();
-    if (this.pointer && this.preview.place) this.hover(...this.pointer); // the map moves below it
+    const resting = this.pointer && this.preview.place && !this.keys.cross;
+    if (resting) this.look(this.camera.toWorld(...this.pointer)); // the map moves below it
   }
 
   scene() {

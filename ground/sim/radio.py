@@ -93,9 +93,11 @@ class Radio:
         )
 
     def outruns(self, now_s: float) -> bool:
-        """The drone's time is too far ahead of a ground station that has lately been heard."""
+        """The drone's time is too far ahead of a ground station that is still there."""
         return not self.silent and any(
-            now_s - client.beat_s < _WAIT_S and self._now_ms - client.beat_ms > _AHEAD_MS
+            self._now_ms - client.beat_ms > _AHEAD_MS
+            and now_s - client.beat_s < _WAIT_S
+            and now_s - client.heard_s < _SILENCE_S
             for client in self._clients.values()
         )
 

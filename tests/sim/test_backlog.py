@@ -122,3 +122,14 @@ def test_time_waits_for_a_ground_station_that_thinks() -> None:
     with SimulatorProcess("--world", "empty", "--speed", "max") as simulator:
         before_ms, after_ms = asyncio.run(think())
     assert after_ms - before_ms < BEHIND_MS
+
+
+def test_time_does_not_wait_for_a_ground_station_that_has_gone() -> None:
+    async def listen() -> None:
+        async with station_on(RadioLink(simulator.uri)) as station:
+            while station.picture.drone_ms < SETTLED_MS:
+                await asyncio.sleep(0.0)
+
+    with SimulatorProcess("--world", "empty", "--speed", "max") as simulator:
+        for _ in range(2):
+            asyncio.run(listen())

@@ -13,6 +13,7 @@ export const MODES = { free: "free", fit: "fit", follow: "follow" };
 export class Camera {
   constructor(canvas) {
     this.canvas = canvas;
+    this.measure();
     this.centre = [0, 0];
     this.scale = 60;
     this.angle = 0; // the map is turned so far, counter-clockwise
@@ -20,8 +21,9 @@ export class Camera {
     this.calm = matchMedia("(prefers-reduced-motion: reduce)");
   }
 
-  get size() {
-    return [this.canvas.clientWidth, this.canvas.clientHeight];
+  /** The map's size on the screen, in CSS pixels; asking the browser for it is slow. */
+  measure() {
+    this.size = [this.canvas.clientWidth, this.canvas.clientHeight];
   }
 
   toWorld(px, py) {

@@ -7,6 +7,9 @@ const HAS_POINT = 3;
 const HEADER_BYTES = 20;
 const TILE_CELLS = 8;
 const AGE_FULL_S = 20; // of the veil that is half as dark as can be
+const SHORTEST = 1e-3;
+const POINT_PX = 1.2; // radius, at least
+const POINT_CELLS = 0.22;
 
 /** A map frame as the server packs it (web/frames.py). */
 export function parseMap(buffer) {
@@ -33,7 +36,7 @@ export class Cells {
 
   forget() {
     this.map = this.box = null;
-    this.points = []; // x and y of each, in cells
+    this.points = new Path2D(); // the shortest of lines, in cells: round ends make dots of them
     this.version++;
   }
 
@@ -51,7 +54,9 @@ export class Cells {
       this.include(column, row);
       if (state === HAS_POINT) {
         const eighths = codes[cell] >> 2;
-        this.points.push(column + ((eighths & 7) + 0.5) / 8, row + ((eighths >> 3) + 0.5) / 8);
+        const [x, y] = [column + ((eighths & 7) + 0.5) / 8, row + ((eighths >> 3) + 0.5) / 8];
+        this.points.moveTo(x, y);
+        this.points.lineTo(x + SHORTEST, y);
       }
       image.data.set([...rgb[state], 255], 4 * ((side - 1 - row) * side + column));
     }
@@ -76,7 +81,7 @@ export class Cells {
   /** @param ages  seconds, or -1, of each tile; null: not shown */
   draw(context, ratio, colours, { points, ages }) {
     const { camera, sheet } = this;
-    const [w, h] = [Math.round(camera.size[0] * ratio), Math.round(camera.size[1] * ratio)];
+    const [w, h] = camera.size.map((px) => Math.round(px * ratio));
     const { centre, scale, angle } = camera;
     const seen = [w, h, ratio, ...centre, scale, angle, this.version, points, ages, colours.free].join();
     if (seen !== this.drawn) {
@@ -123,15 +128,15 @@ export class Cells {
 
   drawPoints(c, colours) {
     const { map, points, camera } = this;
-    const radius = Math.max(1.2, 0.22 * map.cell * camera.scale);
-    c.fillStyle = colours.point;
-    c.beginPath();
-    for (let i = 0; i < points.length; i += 2) {
-      const [px, py] = camera.toScreen(map.x + points[i] * map.cell, map.y + points[i + 1] * map.cell);
-      c.moveTo(px + radius, py);
-      c.arc(px, py, radius, 0, 2 * Math.PI);
-    }
-    c.fill();
+    const cellPx = map.cell * camera.scale;
+    c.save();
+    camera.enter(c, map.x, map.y);
+    c.scale(map.cell, map.cell);
+    c.lineWidth = 2 * Math.max(POINT_PX / cellPx, POINT_CELLS);
+    c.lineCap = "round";
+    c.strokeStyle = colours.point;
+    c.stroke(points);
+    c.restore();
   }
 
   /** The older a tile, the more of a veil; what never came is framed. */

@@ -49,7 +49,8 @@ export class View {
   draw(scene, elapsedMs) {
     const { canvas, context: c, camera, colours } = this;
     const ratio = devicePixelRatio || 1;
-    const [w, h] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
+    camera.measure();
+    const [w, h] = camera.size.map((px) => Math.round(px * ratio));
     if (!w || !h) return false;
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     const gliding = this.glide(scene.drone?.pose, elapsedMs);

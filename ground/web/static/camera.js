@@ -4,7 +4,7 @@
 const SCALE = [12, 600]; // CSS pixels a metre
 const FIT_SCALE_MAX = 160;
 const MARGIN_M = 0.6;
-const TOOLS_PX = { top: 62, right: 58, bottom: 34 }; // what lies over the map's edges
+const TOOLS_PX = { top: 62, right: 58 }; // what lies over the map's edges
 const GLIDE_MS = 110;
 const STILL = 1e-3;
 
@@ -18,6 +18,7 @@ export class Camera {
     this.scale = 60;
     this.angle = 0; // the map is turned so far, counter-clockwise
     this.mode = MODES.fit;
+    this.coveredPx = 0; // at the lower edge
     this.calm = matchMedia("(prefers-reduced-motion: reduce)");
   }
 
@@ -98,7 +99,7 @@ export class Camera {
     if (this.mode === MODES.follow) return drone && { centre: drone, scale: this.scale };
     if (this.mode !== MODES.fit) return null;
     const [x0, y0, x1, y1] = knownBox ?? [-2, -2, 2, 2];
-    const { top, right, bottom } = knownBox ? TOOLS_PX : { top: 0, right: 0, bottom: 0 };
+    const [top, right, bottom] = knownBox ? [TOOLS_PX.top, TOOLS_PX.right, this.coveredPx] : [0, 0, 0];
     const [w, h] = [this.size[0] - right, this.size[1] - top - bottom];
     const [sine, cosine] = [Math.abs(Math.sin(this.angle)), Math.abs(Math.cos(this.angle))];
     const [wide, high] = [x1 - x0 + 2 * MARGIN_M, y1 - y0 + 2 * MARGIN_M];

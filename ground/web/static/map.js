@@ -11,6 +11,7 @@ import { View } from "./view.js";
 const ZOOM = 1.3;
 const TURN_RAD = Math.PI / 12;
 const FRAME_MS_MAX = 100; // a page that slept does not leap
+const [LEGEND_PX, TIMELINE_PX] = [34, 96]; // what they cover of the map
 const STEP_M = 0.05;
 const GHOST_POINTS = 4000;
 const SCALE_M = [0.1, 0.2, 0.5, 1, 2, 5, 10];
@@ -75,10 +76,11 @@ export class MapPanel {
   /** A state message of the server. */
   take(message) {
     this.state = message;
-    const { trail, trail_from: from, can, drone, odometry, area, route, fleet } = message;
+    const { trail, trail_from: from, can, drone, odometry, area, route, fleet, replay } = message;
     if (trail.length || from < this.trail.length) this.trail = [...this.trail.slice(0, from), ...trail];
     this.followGhost(drone.time_s, odometry);
     $("map").style.cursor = can.goto ? "crosshair" : "default";
+    this.camera.coveredPx = replay ? TIMELINE_PX : LEGEND_PX;
     for (const id of ["tool-points", "tool-area"]) $(id).disabled = !can.goto;
     this.preview.refresh();
     const key = JSON.stringify([can.goto, drone, odometry, area, route, fleet, trail, from]);
@@ -126,6 +128,7 @@ export class MapPanel {
 
   tap(px, py) {
     this.pointer = null; // nothing is previewed until it moves on
+    this.preview.clear();
     if (!this.tools.tap(px, py)) this.go(this.camera.toWorld(px, py));
   }
 
@@ -233,6 +236,8 @@ export class MapPanel {
     const pose = state?.drone.pose;
     const ghost = layers.shown.odometry && pose && state.odometry;
     $("legend").hidden = !ghost;
-    if (ghost) $("legend-off").textContent = `${Math.hypot(ghost[0] - pose[0], ghost[1] - pose[1]).toFixed(2)} m off`;
+    if (!ghost) return;
+    $("legend-drone").style.background = this.view.ownColour(state.fleet);
+    $("legend-off").textContent = `${Math.hypot(ghost[0] - pose[0], ghost[1] - pose[1]).toFixed(2)} m off`;
   }
 }

@@ -97,9 +97,13 @@ export class View {
     }
     if (layers.odometry && odometry) marks.ghost(on, odometry);
     if (!this.shown) return;
-    const own = several ? fleet.findIndex(({ chosen }) => chosen) : -1;
-    const colour = own < 0 ? colours.drone : fleet[own].colour;
-    marks.drone(on, this.shown, colour, own < 0 ? "" : own + 1, layers.beams && drone.ranges);
+    const label = several ? fleet.findIndex(({ chosen }) => chosen) + 1 : "";
+    marks.drone(on, this.shown, this.ownColour(fleet), label, layers.beams && drone.ranges);
+  }
+
+  /** Of the drone that the page is about. */
+  ownColour(fleet) {
+    return (fleet.length > 1 && fleet.find(({ chosen }) => chosen)?.colour) || this.colours.drone;
   }
 
   /** The drone as it is drawn follows the newest pose. @return true until it is there */

@@ -32,6 +32,8 @@ from ground.mapfile import check_free, save_map
 from ground.model import Point, Pose, Ranges
 from ground.record import recorded
 from ground.session import explain, fly_when_settled
+from ground.steering import steer_for
+from ground.stick import Stick
 from ground.words import COMMAND_WORDS
 
 MAP_PATIENCE_S = 30.0
@@ -104,6 +106,20 @@ class Station(station.Station):
     async def hold(self) -> None:
         """Leave what it is doing and hover here."""
         await self._fly(MissionCmd.HOLD)
+
+    async def steer(
+        self,
+        ahead_mps: float = 0.0,
+        left_mps: float = 0.0,
+        yaw_rate_rps: float = 0.0,
+        climb_mps: float = 0.0,
+        seconds: float = 1.0,
+    ) -> None:
+        """Fly by hand for so long, then stand; it must hold its place. It brakes before obstacles.
+
+        Raises CommandRefused.
+        """
+        await steer_for(self, Stick(ahead_mps, left_mps, yaw_rate_rps, climb_mps), seconds)
 
     async def home(self) -> None:
         """Fly to where it took off, and land."""

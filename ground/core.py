@@ -109,6 +109,7 @@ class MissionReason(IntEnum):
     NO_WAYPOINTS = lib.MISSION_NO_WAYPOINTS
     FLOW_LOST = lib.MISSION_FLOW_LOST
     BLIND = lib.MISSION_BLIND
+    BUSY = lib.MISSION_BUSY
 
 
 class WireType(IntEnum):
@@ -126,6 +127,7 @@ class WireType(IntEnum):
     HISTORY = lib.WIRE_HISTORY
     ASK = lib.WIRE_ASK
     TILES = lib.WIRE_TILES
+    STEER = lib.WIRE_STEER
 
 
 class RecordKind(IntEnum):

@@ -44,6 +44,9 @@ class AskTiles:
     tiles: tuple[int, ...]
 
 
+AskAny = Ask | AskTiles
+
+
 @dataclass(frozen=True, slots=True)
 class MapPacket:
     """A piece of the map as it came, of several tiles; GroundMap reads it."""

@@ -19,7 +19,8 @@ from ground.core import (
     SelfTest,
     Source,
 )
-from ground.missing import Ask, AskTiles, History, MapPacket
+from ground.missing import AskAny, History, MapPacket
+from ground.stick import Steer
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,6 +295,6 @@ LogMessage = Telemetry | Health | Ranges | Odometry | Positioned | MapPacket
 AppMessage = Hello | Ack | RoutePiece | Event | Beat | History
 Incoming = LogMessage | AppMessage | Console | ParameterValue | LinkChange
 AppRequest = (
-    Command | Waypoints | HelloRequest | SnapshotRequest | Heartbeat | MapPiece | Ask | AskTiles
+    Command | Waypoints | Steer | HelloRequest | SnapshotRequest | Heartbeat | MapPiece | AskAny
 )
 Outgoing = AppRequest | EmergencyStop | SetParameter

@@ -48,6 +48,7 @@ from ground.model import (
 from ground.picture import Picture
 from ground.pulse import Pulse
 from ground.recovery import RESTART_MS, Recovery
+from ground.stick import Steer, Stick
 from ground.wire import SEQUENCES
 from ground.words import COMMAND_WORDS, REASON_WORDS
 
@@ -150,6 +151,12 @@ class Station:
             await self._acknowledged(
                 Waypoints(sequence, number, first, len(points), part), "the way points"
             )
+
+    def send_stick(self, stick: Stick) -> int:
+        """Fly by hand for the next half second. @return the sequence that a refusal carries"""
+        sequence = next(self._sequences) % SEQUENCES
+        self.send(Steer(sequence, stick))
+        return sequence
 
     def send(self, request: AppRequest) -> None:
         """Send once, without an answer."""

@@ -38,6 +38,7 @@ from ground.model import (
     SnapshotRequest,
     Waypoints,
 )
+from ground.stick import Steer
 
 SEQUENCES = 1 << 16
 
@@ -54,6 +55,12 @@ def encode_request(request: AppRequest) -> bytes:
         case Waypoints():
             message.type = WireType.WAYPOINTS
             _put_waypoints(message.body.waypoints, request)
+        case Steer(sequence, stick):
+            message.type = WireType.STEER
+            message.body.steer.sequence = sequence
+            message.body.steer.velocity_mps = (stick.ahead_mps, stick.left_mps)
+            message.body.steer.yaw_rate_rps = stick.yaw_rate_rps
+            message.body.steer.climb_mps = stick.climb_mps
         case Heartbeat(sequence, drone_ms):
             message.type = WireType.HEARTBEAT
             message.body.heartbeat.sequence = sequence

@@ -48,6 +48,7 @@ REASON_WORDS: dict[MissionReason, str] = {
     MissionReason.NO_WAYPOINTS: "it has no way points",
     MissionReason.FLOW_LOST: "the flow sensor sees nothing of the floor",
     MissionReason.BLIND: "one of its distance sensors is stuck or dead",
+    MissionReason.BUSY: "it is busy: let it hold its place first",
 }
 
 SELF_TEST_WORDS: dict[SelfTest, str] = {

@@ -74,11 +74,24 @@ static void on_command(nav_t *nav, const wire_command_t *command) {
   send(&(wire_message_t){.type = WIRE_ACK, .body.ack = *ack});
 }
 
+static void answer(uint16_t sequence, mission_reason_t reason) {
+  const wire_ack_t ack = {sequence, MISSION_CMD_NONE, (uint8_t)reason};
+  send(&(wire_message_t){.type = WIRE_ACK, .body.ack = ack});
+}
+
 static void on_waypoints(nav_t *nav, const wire_waypoints_t *waypoints) {
   const mission_reason_t reason =
       app_selftest_running() ? MISSION_SELF_TEST : nav_take_waypoints(nav, waypoints);
-  const wire_ack_t ack = {waypoints->sequence, MISSION_CMD_NONE, (uint8_t)reason};
-  send(&(wire_message_t){.type = WIRE_ACK, .body.ack = ack});
+  answer(waypoints->sequence, reason);
+}
+
+/** Sticks come many times a second: only what is wrong with one is told. */
+static void on_steer(nav_t *nav, const wire_steer_t *stick) {
+  const mission_reason_t reason =
+      app_selftest_running() ? MISSION_SELF_TEST : nav_steer(nav, stick);
+  if (reason != MISSION_OK) {
+    answer(stick->sequence, reason);
+  }
 }
 
 static void on_heartbeat(const nav_t *nav, const wire_heartbeat_t *heartbeat) {
@@ -140,6 +153,9 @@ static bool on_message(nav_t *nav, const wire_message_t *message) {
     return on_ask(&message->body.ask);
   case WIRE_TILES:
     nav_resend_tiles(nav, &message->body.tiles);
+    return true;
+  case WIRE_STEER:
+    on_steer(nav, &message->body.steer);
     return true;
   case WIRE_ACK:
   case WIRE_PATH:

@@ -28,6 +28,7 @@ static const char *const reasons[] = {
     [MISSION_NO_WAYPOINTS] = "no way points",
     [MISSION_FLOW_LOST] = "the floor is not seen",
     [MISSION_BLIND] = "a side is not seen",
+    [MISSION_BUSY] = "busy, let it hold first",
 };
 
 _Static_assert(sizeof reasons / sizeof *reasons == MISSION_REASONS, "a reason without words");

@@ -109,6 +109,7 @@ typedef enum {
   MISSION_NO_WAYPOINTS, ///< none are held, or not all have come
   MISSION_FLOW_LOST,    ///< the flow sensor sees nothing of the floor
   MISSION_BLIND,        ///< one of the range sensors is stuck or dead
+  MISSION_BUSY,         ///< not holding its place: no hand may steer it
   MISSION_REASONS,
 } mission_reason_t;
 

@@ -241,6 +241,9 @@ typedef struct {
   bool mapped;              ///< the map frame is fixed: since the first take-off
   float tick_s;             ///< since the tick before
   float height_sp_m;        ///< ramped
+  wire_steer_t stick;       ///< the last one
+  uint32_t steered_ms;      ///< when it came
+  bool by_hand;             ///< its place and height were last given by a hand
   float hand_s;             ///< how long something has been right above
   float to_spin_rad;        ///< left of the spin
   float turned_rad;         ///< in this scan
@@ -278,6 +281,11 @@ mission_reason_t nav_command(nav_t *nav, const nav_command_t *command);
 /** Take some of the way points of commands FLY and PATROL. @return MISSION_OK, or why none of them
  * was taken */
 mission_reason_t nav_take_waypoints(nav_t *nav, const wire_waypoints_t *given);
+
+/** Fly by hand: what the stick wants from now on, while it holds its place. Guard and fence have
+ * the last word. Without another one it comes to rest half a second later, and holds where that is.
+ * @return MISSION_OK, or why the stick was not taken */
+mission_reason_t nav_steer(nav_t *nav, const wire_steer_t *stick);
 
 /** One tick. Input that is not finite is replaced by what was known before. */
 nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input);

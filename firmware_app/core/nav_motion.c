@@ -56,7 +56,8 @@ static void steer_height(nav_t *nav) {
     }
     return;
   }
-  nav->height_sp_m = ramp(nav->height_sp_m, nav->cfg.height_m, nav->cfg.climb_mps * nav->tick_s);
+  float wanted_m = nav->by_hand ? nav->height_sp_m : nav->cfg.height_m;
+  nav->height_sp_m = ramp(nav->height_sp_m, wanted_m, nav->cfg.climb_mps * nav->tick_s);
   if (nav->mission.state == MISSION_TAKEOFF &&
       (height_m > nav->cfg.height_m - HEIGHT_REACHED_M || waited(nav, STEP_TIMEOUT_MS))) {
     nav_apply(nav, MISSION_EV_HEIGHT);
@@ -202,6 +203,10 @@ static follower_command_t bridge(nav_t *nav, bool fresh) {
 }
 
 static follower_command_t command_of_state(nav_t *nav, bool fresh) {
+  follower_command_t command = follower_hold(&nav->cfg.follower, nav->pose, nav->post);
+  if (nav_is_steered(nav)) {
+    command = nav_follow_stick(nav);
+  }
   switch (nav->mission.state) {
   case MISSION_SCAN:
     return turn_around(nav);
@@ -224,7 +229,7 @@ static follower_command_t command_of_state(nav_t *nav, bool fresh) {
   case MISSION_STATES:
     break;
   }
-  return follower_hold(&nav->cfg.follower, nav->pose, nav->post);
+  return command;
 }
 
 static vec2_t past_guard(nav_t *nav, vec2_t wanted_mps) {
@@ -292,7 +297,7 @@ static float keep_watch(const nav_t *nav, float yaw_rate_rps) {
 static float look_out(const nav_t *nav, float yaw_rate_rps) {
   switch (nav->mission.state) {
   case MISSION_HOVER:
-    return face_comer(nav, keep_watch(nav, yaw_rate_rps));
+    return nav_is_steered(nav) ? yaw_rate_rps : face_comer(nav, keep_watch(nav, yaw_rate_rps));
   case MISSION_AVOID:
     return face_comer(nav, yaw_rate_rps);
   case MISSION_FOLLOW:

@@ -69,6 +69,10 @@ void nav_watch(nav_t *nav);
 /** How far the route may be flown by what the map says now. @return true if all the rest is clear
  */
 bool nav_look_along(nav_t *nav);
+/** A stick was taken of late. */
+bool nav_is_steered(const nav_t *nav);
+/** Then, the motion that it wants, height included; the post comes along. */
+follower_command_t nav_follow_stick(nav_t *nav);
 /** What the state wants the vehicle to do, past the guard. @param fresh the map was measured anew
  * in this tick */
 nav_setpoint_t nav_move(nav_t *nav, bool fresh);

@@ -38,6 +38,7 @@ static void enter_state(nav_t *nav, mission_state_t before, mission_event_t even
                     (before == MISSION_AVOID && state == MISSION_HOVER);
   if (!keeps_post) {
     nav->post = nav->pose;
+    nav->by_hand = false;
   }
   nav->rolling = event == MISSION_EV_BLOCKED;
   if (before == MISSION_RELOCALISE) {

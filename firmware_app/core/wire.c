@@ -179,6 +179,12 @@ int wire_encode(const wire_message_t *message, uint8_t *packet) {
   case WIRE_TILES:
     p = put_tiles(p, &message->body.tiles);
     break;
+  case WIRE_STEER:
+    p = put_u16(p, message->body.steer.sequence);
+    p = put_vec2(p, message->body.steer.velocity_mps);
+    p = put_float(p, message->body.steer.yaw_rate_rps);
+    p = put_float(p, message->body.steer.climb_mps);
+    break;
   case WIRE_SNAPSHOT:
     break;
   case WIRE_MAP:
@@ -215,6 +221,8 @@ static int length_of(const uint8_t *packet, int length) {
     return HEADER_BYTES + 4;
   case WIRE_TILES:
     return HEADER_BYTES + 1 + (length > 2 ? packet[2] : 0);
+  case WIRE_STEER:
+    return HEADER_BYTES + 18;
   case WIRE_SNAPSHOT:
     return HEADER_BYTES;
   case WIRE_MAP:
@@ -309,6 +317,10 @@ wire_status_t wire_decode(const uint8_t *packet, int length, wire_message_t *mes
   case WIRE_TILES:
     message->body.tiles.count = p[0];
     memcpy(message->body.tiles.tiles, p + 1, p[0]);
+    break;
+  case WIRE_STEER:
+    message->body.steer =
+        (wire_steer_t){get_u16(p), get_vec2(p + 2), get_float(p + 10), get_float(p + 14)};
     break;
   case WIRE_MAP:
     memcpy(message->body.map, p, WIRE_MAP_BYTES);

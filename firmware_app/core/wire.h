@@ -37,6 +37,7 @@ typedef enum {
   WIRE_HISTORY = 10,  ///< drone: wire_history_t
   WIRE_ASK = 11,      ///< ground: wire_ask_t, for what was lost
   WIRE_TILES = 12,    ///< ground: wire_tiles_t, tiles that it has not heard for long
+  WIRE_STEER = 13,    ///< ground: wire_steer_t, again and again; acknowledged only if refused
 } wire_type_t;
 
 typedef enum { WIRE_OK, WIRE_SHORT, WIRE_LONG, WIRE_BAD_VERSION, WIRE_BAD_TYPE } wire_status_t;
@@ -155,6 +156,14 @@ typedef struct {
   uint8_t tiles[WIRE_TILES_A_PACKET];
 } wire_tiles_t;
 
+/** Flying by hand: what the stick wants just now. */
+typedef struct {
+  uint16_t sequence;   ///< that a refusal carries
+  vec2_t velocity_mps; ///< level, x forward, y left of the heading that is kept
+  float yaw_rate_rps;
+  float climb_mps;
+} wire_steer_t;
+
 typedef struct {
   uint8_t type; ///< wire_type_t: says which member is meant
   union {
@@ -168,6 +177,7 @@ typedef struct {
     wire_history_t history;
     wire_ask_t ask;
     wire_tiles_t tiles;
+    wire_steer_t steer;
     uint8_t map[WIRE_MAP_BYTES];
   } body;
 } wire_message_t;

@@ -18,7 +18,9 @@ from ground.errors import GroundError, LinkUnavailable, StopLatched
 from ground.linkrate import LinkRate
 from ground.model import Point
 from ground.station import Station
+from ground.stick import Stick
 from ground.tuning import tune
+from ground.web.sticks import Sticks
 
 log = logging.getLogger(__name__)
 
@@ -75,6 +77,7 @@ class Cockpit:
         self.stop_latched = False
         self.timeline: Timeline | None = None
         self.rate = LinkRate()
+        self.sticks = Sticks()
         self._dead_man_s = dead_man_s
         self._closing = False
         self._pages = 0
@@ -118,6 +121,11 @@ class Cockpit:
         await station.command(WAYS[name])
         self._steered = True
 
+    def steer(self, page: object, stick: Stick) -> None:
+        """Fly by hand. Raises a GroundError with the sentence to show."""
+        self.sticks.take(self._ready(), page, stick)
+        self._steered = True
+
     async def spin(self, turns: float) -> None:
         """Turn in place so often, counter-clockwise if positive. Raises as command() does."""
         await tune(self._ready(), "way.turns", turns)
@@ -139,6 +147,7 @@ class Cockpit:
 
     def stop(self) -> None:
         """Cut the motors and stay so until release(). Sent again until confirmed."""
+        self.sticks.close()
         self.stop_latched = True
         if self._stopping is None or self._stopping.done():
             self._stopping = asyncio.create_task(self._stop())
@@ -150,6 +159,7 @@ class Cockpit:
     async def close(self) -> None:
         """Before the link is closed: let a stop that was pressed get through."""
         self._closing = True
+        self.sticks.close()
         if self._dead_man:
             self._dead_man.cancel()
         if self._stopping:

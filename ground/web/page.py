@@ -23,12 +23,14 @@ from ground.web.events import events_frame, events_version
 from ground.web.fleet import Fleet
 from ground.web.frames import NO_TRAIL, fleet_rows, map_frame, state_frame
 from ground.web.parameters import parameters_frame, parameters_version
-from ground.web.wishes import perform, wind
+from ground.web.wishes import perform, stick_of, wind
 
 STATE_PERIOD_S = 0.08
 MAP_EVERY = 3  # states between two maps, at least
 WISHES_PER_S = 10.0
 WISHES_AT_ONCE = 20.0
+STICKS_PER_S = 60.0
+COMPLAINTS_PER_S = 0.5
 COMMANDS_AT_ONCE = 8  # of one page, not answered yet
 
 
@@ -59,6 +61,8 @@ class Page:
         self._fleet = fleet
         self._chosen = 0
         self._rate = Rate(time.monotonic())
+        self._sticks = Rate(time.monotonic(), STICKS_PER_S, STICKS_PER_S)
+        self._complaints = Rate(time.monotonic(), COMPLAINTS_PER_S, 1.0)
         self._commands: set[asyncio.Task[None]] = set()
         self._asking = Asking(self._tell, lambda: self._cockpit.station)
 
@@ -91,6 +95,9 @@ class Page:
         if self._asking.take(wish):
             return
         name = wish.get("do")
+        if name == "manual":
+            await self._steer(wish)
+            return
         if not self._rate.allows(time.monotonic()) or len(self._commands) >= COMMANDS_AT_ONCE:
             await self._answer(str(name), "too much at once")
             return
@@ -107,6 +114,17 @@ class Page:
                 task = asyncio.create_task(self._perform(name, wish))
                 self._commands.add(task)
                 task.add_done_callback(self._commands.discard)
+
+    async def _steer(self, wish: dict[str, Any]) -> None:
+        """Sticks come many times a second: what is too much is left out, a refusal told seldom."""
+        now_s = time.monotonic()
+        if not self._sticks.allows(now_s):
+            return
+        try:
+            self._cockpit.steer(self, stick_of(wish))
+        except GroundError as error:
+            if self._complaints.allows(now_s):
+                await self._answer("manual", str(error))
 
     async def _perform(self, name: str, wish: dict[str, Any]) -> None:
         words = ""

@@ -9,6 +9,7 @@ from typing import Any
 
 from ground.errors import GroundError
 from ground.model import Point
+from ground.stick import Stick
 from ground.web.cockpit import Cockpit, Timeline
 
 
@@ -26,6 +27,12 @@ async def perform(cockpit: Cockpit, wish: dict[str, Any]) -> None:
             await cockpit.set_parameter(name, _number(value, name))
         case {"do": str(name)}:
             await cockpit.command(name, _goal(wish))
+
+
+def stick_of(wish: dict[str, Any]) -> Stick:
+    """Of a wish `manual`: m/s, degrees and m a second. Raises a GroundError."""
+    vx, vy, yaw, up = (_number(wish.get(key, 0.0), key) for key in ("vx", "vy", "yaw", "up"))
+    return Stick(vx, vy, math.radians(yaw), up)
 
 
 AREA_KEYS = ("x0", "y0", "x1", "y1")

@@ -78,6 +78,10 @@ BODIES = {
     lib.WIRE_HISTORY: ("history", histories),
     lib.WIRE_ASK: ("ask", of(what=u8, first=u16, count=u8)),
     lib.WIRE_TILES: ("tiles", tile_lists),
+    lib.WIRE_STEER: (
+        "steer",
+        of(sequence=u16, velocity_mps=vectors, yaw_rate_rps=floats, climb_mps=floats),
+    ),
 }
 kinds = st.sampled_from(sorted(BODIES))
 messages = kinds.flatmap(lambda kind: st.tuples(st.just(kind), BODIES[kind][1]))

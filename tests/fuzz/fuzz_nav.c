@@ -232,8 +232,25 @@ static void command(bytes_t *bytes) {
   REQUIRE(nav_command(&drone.nav, &order) < MISSION_REASONS);
 }
 
+/** What is no number, or too much, must not come through. */
+static void steer(bytes_t *bytes) {
+  wire_steer_t stick;
+  stick.sequence = take_u8(bytes);
+  stick.velocity_mps.x = take_float(bytes, -1.2f, 1.2f);
+  stick.velocity_mps.y = take_float(bytes, -1.2f, 1.2f);
+  stick.yaw_rate_rps = take_float(bytes, -1.2f, 1.2f);
+  stick.climb_mps = take_float(bytes, -1.2f, 1.2f);
+  mission_reason_t reason = nav_steer(&drone.nav, &stick);
+  REQUIRE(reason < MISSION_REASONS);
+  bool usable = finite2(stick.velocity_mps) && geometry_is_finite(stick.yaw_rate_rps) &&
+                geometry_is_finite(stick.climb_mps);
+  REQUIRE(usable || reason == MISSION_BAD_VALUE);
+  REQUIRE(reason != MISSION_OK || mission_airborne(drone.nav.mission.state));
+  REQUIRE(finite2(drone.nav.stick.velocity_mps));
+}
+
 static void interpret(bytes_t *bytes) {
-  switch (take_below(bytes, 12)) {
+  switch (take_below(bytes, 13)) {
   case 0:
     lie(bytes);
     break;
@@ -261,6 +278,9 @@ static void interpret(bytes_t *bytes) {
   case 7:
     take_events();
     take_map_piece();
+    break;
+  case 12:
+    steer(bytes);
     break;
   default:
     step(1 + take_u8(bytes));

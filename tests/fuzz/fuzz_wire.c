@@ -36,7 +36,7 @@ static void encode_then_decode(bytes_t bytes) {
   message.type = (uint8_t)(message.type % 16u);
   int length = wire_encode(&message, packet);
   REQUIRE(length >= 0 && length <= WIRE_PACKET_BYTES);
-  REQUIRE((length > 0) == (message.type >= WIRE_HELLO && message.type <= WIRE_TILES));
+  REQUIRE((length > 0) == (message.type >= WIRE_HELLO && message.type <= WIRE_STEER));
   if (length > 0) {
     REQUIRE(wire_decode(packet, length, &again) == WIRE_OK);
     REQUIRE(wire_encode(&again, twice) == length);

@@ -44,6 +44,11 @@ def step(ticks: int) -> bytes:
     return b"\x08\xff" * (ticks // 256) + bytes([8, ticks % 256])
 
 
+def steer(ahead: float, turn: float = 0.0) -> bytes:
+    parts = (ahead, 0.0, turn, 0.1)
+    return bytes([12, 0]) + b"".join(number(part, -1.2, 1.2) for part in parts)
+
+
 LISTEN = bytes([7])
 TAKE_OFF, GOTO, EXPLORE, HOME, LAND, HOLD, SCAN, FORGET = range(1, 9)
 HEIGHT, BATTERY, TIME = 3, 8, 9  # of lie()
@@ -60,6 +65,12 @@ NAV = {
     + step(200)
     + LISTEN,
     "explore": configure(PLANNER, b"\1\1") + command(EXPLORE) + step(1500) + LISTEN,
+    "by_hand": command(TAKE_OFF)
+    + step(250)
+    + (steer(0.5) + step(12)) * 20
+    + (steer(-0.2, 0.8) + step(12)) * 10
+    + step(100)
+    + LISTEN,
     "hold": command(TAKE_OFF)
     + step(200)
     + command(HOLD)

@@ -11,7 +11,7 @@ from pathlib import Path
 from tests.tools.objects import Function, Objects, call_graph, sections, symbols
 
 RAM_LIMIT_BYTES = 22_528
-FLASH_LIMIT_BYTES = 72 * 1024
+FLASH_LIMIT_BYTES = 73 * 1024
 FRAME_LIMIT_BYTES = 256
 STACK_LIMIT_BYTES = 2_048 - 204  # the app's task, less what a switch of tasks saves on it
 # Frames that gcc cannot tell: functions of the C library, and of the firmware.

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Station.steer() on a simulated drone: it goes as far as it was told, stands, and says no."""
+
+import asyncio
+import math
+
+import pytest
+
+from ground import Station
+from ground.errors import CommandRefused
+from ground.sim.process import SimulatorProcess
+
+
+def test_it_flies_by_hand_for_a_time_and_stands() -> None:
+    async def run(uri: str) -> None:
+        async with Station.connect(uri) as drone:
+            with pytest.raises(CommandRefused, match="not flying"):
+                await drone.steer(ahead_mps=0.3)
+            await drone.take_off()
+            await drone.steer(seconds=1.0)
+            before = drone.pose
+            await drone.steer(ahead_mps=0.4, seconds=1.5)
+            after, odometry = drone.pose, drone.picture.odometry
+            assert before and after and odometry
+            went = complex(after.x_m - before.x_m, after.y_m - before.y_m)
+            ahead = complex(math.cos(before.yaw_rad), math.sin(before.yaw_rad))
+            assert abs(went - 0.6 * ahead) < 0.15
+            assert math.hypot(odometry.vx_mps, odometry.vy_mps) < 0.12
+            await drone.steer(climb_mps=0.3, seconds=1.5)
+            assert drone.pose and drone.pose.z_m > after.z_m + 0.15
+
+    with SimulatorProcess("--world", "empty", "--speed", "2") as simulator:
+        asyncio.run(run(simulator.uri))

@@ -104,7 +104,7 @@ static bool map_slice(nav_t *nav) {
   if (!slam_take(&nav->slam, &frame, &map_pose)) {
     return false;
   }
-  nav->grid.sweeping = nav->mission.state == MISSION_HOVER && nav->cfg.watch_rad > 0.0f;
+  nav->grid.sweeping = nav_rests(nav) && nav->cfg.watch_rad > 0.0f;
   grid_insert(&nav->grid, &frame, map_pose);
   clearance_mark(&nav->clearance, &nav->grid);
   return true;
@@ -143,7 +143,7 @@ static void doubt_place(nav_t *nav, const int *echoes) {
  * post the drone looks closely at all that the map does not explain. */
 static void watch_set(nav_t *nav, const scan_frame_t *frame, pose2_t map_pose) {
   uint8_t judged[SCAN_BEAMS];
-  bool rests = nav->mission.state == MISSION_HOVER;
+  bool rests = nav_rests(nav);
   bool map = nav->slam.enabled && !nav->mission.lost;
   int echoes[GRID_ECHO_STRANGE + 1] = {0, 0, 0};
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {

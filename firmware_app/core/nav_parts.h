@@ -71,6 +71,8 @@ void nav_watch(nav_t *nav);
 bool nav_look_along(nav_t *nav);
 /** A stick was taken of late. */
 bool nav_is_steered(const nav_t *nav);
+/** Holds its place, and nobody steers it. */
+bool nav_rests(const nav_t *nav);
 /** Then, the motion that it wants, height included; the post comes along. */
 follower_command_t nav_follow_stick(nav_t *nav);
 /** What the state wants the vehicle to do, past the guard. @param fresh the map was measured anew

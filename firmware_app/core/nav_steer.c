@@ -40,6 +40,10 @@ bool nav_is_steered(const nav_t *nav) {
   return nav->by_hand && nav_now_ms(nav) - nav->steered_ms < HELD_MS + REST_MS;
 }
 
+bool nav_rests(const nav_t *nav) {
+  return nav->mission.state == MISSION_HOVER && !nav_is_steered(nav);
+}
+
 /** The nearer the fence, the slower towards it. */
 static float fenced(float wanted_mps, float at_m, float low_m, float high_m) {
   float least_mps = FENCE_GAIN_PER_S * (low_m - at_m);

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ground.core import MissionCmd, MissionReason, ffi, lib
-from tests.core.room import ROOM, TICK_MS, Flight, hovering, new_config
+from tests.core.room import ROOM, TICK_MS, Flight, gap_m, hovering, new_config
 
 STICK_MS = 60  # as often as the ground sends
 DRONE_RADIUS_M = 0.07
@@ -183,3 +183,13 @@ def test_whoever_steers_hits_nothing(sticks: list[tuple[float, float, float, flo
         scale = 2.0 / max(2.0, math.hypot(ahead, left) + abs(turn) + abs(up))
         held(flight, 2.0, ahead=scale * ahead, left=scale * left, turn=scale * turn, up=scale * up)
     assert flight.nearest_m > DRONE_RADIUS_M
+
+
+def test_a_wall_that_it_is_flown_up_to_is_nobody_who_comes() -> None:
+    flight = settled(hovering())
+    lib.nav_command(flight.nav, ffi.new("nav_command_t *", (MissionCmd.FORGET, (0.0, 0.0))))
+    assert flight.run_until(lib.MISSION_HOVER) == lib.MISSION_HOVER
+    flight.states.clear()
+    while gap_m(flight.walls, flight.x_m, flight.y_m) > 0.5:
+        held(flight, 0.06, left=0.3)
+    assert flight.states == [lib.MISSION_HOVER]

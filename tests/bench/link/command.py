@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ground.checks import Check, write_report
+from ground.progress import waiting
 from tests.bench.link.parts import Figures, breaking, commanding, fetching, healing, lasting
 
 NOTICED_S = 2.0
@@ -27,7 +28,8 @@ def run_link(json_file: Path | None, seed: int, minutes: float, out: Console) ->
         (f"four drones for {minutes:g} minutes", lasting(seed, minutes)),
     ):
         out.print(f"[dim]{title}[/]")
-        figures |= asyncio.run(part)
+        with waiting(out, title):
+            figures |= asyncio.run(part)
     checks = checks_of(figures)
     out.print(table_of(figures, checks))
     if json_file:

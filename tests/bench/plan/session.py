@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from rich.console import Console
 
+from ground.progress import waiting
 from tests.bench.plan.compiled import BUILT, workshop
 from tests.bench.plan.figures import Results
 from tests.bench.plan.problems import Problem, make_changes, make_unsolvable, write_problems
@@ -57,7 +58,8 @@ class Session:
                 for name in (OURS, *self.opponents):
                     if name == PYTHON and seed > 1:  # it takes minutes
                         continue
-                    columns = self._plan(name, Task(path, seed), problems)
+                    with waiting(out, f"{name}, {family}, seed {seed} of {self.seeds}"):
+                        columns = self._plan(name, Task(path, seed), problems)
                     parts.setdefault(name, {}).setdefault(family, []).append(columns)
             if self.opponents:
                 out.print(f"seed {seed} of {self.seeds} done")

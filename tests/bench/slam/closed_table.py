@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ground.checks import Check, write_report
+from ground.progress import waiting
 from ground.sim.estimator import PROFILES
 from tests.bench.slam.closed_loop import Flown, Plan, fly_closed
 from tests.bench.slam.closed_plot import plot_flights
@@ -128,7 +129,8 @@ def run(wanted: Wanted, json_file: Path | None, out: Console) -> bool:
         for mode in MODES:
             flights = []
             for seed in range(wanted.seed, wanted.seed + wanted.flights):
-                flights.append(fly_closed(Plan(profile, mode, seed, wanted.minutes)))
+                with waiting(out, f"{profile}, {MODES[mode]}, seed {seed}"):
+                    flights.append(fly_closed(Plan(profile, mode, seed, wanted.minutes)))
                 out.print(sentence(flights[-1]))
             figures[profile][_KEYS[mode]] = summary(flights)
             if wanted.plots:

@@ -70,6 +70,8 @@ def campaign(
 
     Exit 0 only if all limits are kept. Ctrl-C leaves what has ended in the --resume file.
     """
+    if world and only is None:
+        raise typer.BadParameter("--world goes with --only")
     from ground.sim.campaign.command import Wanted, replay, run_campaign
     from ground.sim.campaign.flights import Mission
 

@@ -54,6 +54,8 @@ def save(
     """Fetch the whole map from the drone, or from a recording, and write it to a file."""
     from ground.mapfile import check_free
 
+    if poses and not recording:
+        raise typer.BadParameter("--poses goes with --from")
     try:
         check_free([file, *([poses] if poses else [])], force)
     except GroundError as error:

@@ -55,6 +55,8 @@ def replay(
 
         run(rerun_file(_chosen(file), into, json_file, out))
         return
+    if into or json_file:
+        raise typer.BadParameter("--into and --json go with --rerun")
     from ground.replay import replay_flight
 
     run(replay_flight(_chosen(file), speed, port, out))

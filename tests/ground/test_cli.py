@@ -144,6 +144,8 @@ def test_uri_may_come_from_the_environment(dead_uri: str) -> None:
         ("campaign --kind none", "moving"), ("campaign --set a", "PARAMETER=NUMBER"),
         ("map save room.txt", ".yaml"), ("plot no.mcap --image room.txt", ".svg"),
         ("spin --turns 99", "20"), ("bench slam --against a", "pf"),
+        ("replay a.mcap --json -", "--rerun"), ("map save a.png --poses b.csv", "--from"),
+        ("campaign --world a.toml", "--only"),
     ],
 )  # fmt: skip
 def test_wrong_usage_is_exit_2_and_says_what_is_wrong(typed: str, named: str) -> None:

@@ -21,7 +21,7 @@ from ground.model import Event, LinkChange, LinkState, Point
 from ground.record import not_taken, recorded, where_told
 from ground.station import Station, station_on
 from ground.web.fleet import Member
-from ground.words import EXPLORED_PARTLY, REASON_WORDS, STATE_WORDS
+from ground.words import EXPLORED, EXPLORED_PARTLY, REASON_WORDS, STATE_WORDS
 
 log = logging.getLogger(__name__)
 
@@ -72,7 +72,7 @@ def _words(event: Event) -> str:
         case EventCode.EXPLORED if event.argument:
             return f"[yellow]{EXPLORED_PARTLY}[/]"
         case EventCode.EXPLORED:
-            return "explored: all that can be reached"
+            return EXPLORED
         case EventCode.WAYPOINT:
             return f"at way point {event.argument + 1}"
         case EventCode.SKIPPED:

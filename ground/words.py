@@ -20,6 +20,7 @@ STATE_WORDS: dict[MissionState, str] = {
     MissionState.SPIN: "turning in place",
 }
 
+EXPLORED = "everything that can be reached is explored"
 EXPLORED_PARTLY = "explored, but for places that looking did not show"
 REASON_WORDS: dict[MissionReason, str] = {
     MissionReason.OK: "all is well",

@@ -9,7 +9,7 @@ from typing import Any
 from ground.core import EventCode, MissionState
 from ground.model import Event
 from ground.web.cockpit import Cockpit
-from ground.words import REASON_WORDS, STATE_WORDS
+from ground.words import EXPLORED, EXPLORED_PARTLY, REASON_WORDS, STATE_WORDS
 
 NUMBERS = 1 << 16
 
@@ -42,9 +42,9 @@ def _row(event: Event) -> dict[str, Any]:
         case EventCode.ARRIVED:
             words, level = "arrived", "good"
         case EventCode.EXPLORED:
-            words, level = "everything that can be reached is explored", "good"
+            words, level = EXPLORED, "good"
             if event.argument:
-                words, level = "explored, but for places that looking did not show", "warning"
+                words, level = EXPLORED_PARTLY, "warning"
         case EventCode.WAYPOINT:
             words = f"at way point {event.argument + 1}"
         case EventCode.SKIPPED:

@@ -147,8 +147,10 @@ def wishes(random: Random) -> None:
         fleet = Fleet.of(Cockpit(), Cockpit())
         page = Page(_Silent(), fleet)  # type: ignore[arg-type]
         for _ in range(20):
-            wish = {key: json_value(random) for key in ("do", "x", "y", "drone")}
-            wish["do"] = random.choice((wish["do"], "goto", "choose", "self_test", "hold"))
+            wish = {key: json_value(random) for key in ("do", "x", "y", "drone", "from", "want")}
+            wish["do"] = random.choice(
+                (wish["do"], "goto", "choose", "self_test", "hold", "ask", "layers")
+            )
             await page._take(json.loads(json.dumps(wish)))
         await asyncio.gather(*page._commands)
         await page._take({"do": "stop"})

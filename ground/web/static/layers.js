@@ -24,7 +24,11 @@ export class Layers {
     [this.button, this.menu] = [button, menu];
     const kept = read();
     this.shown = Object.fromEntries(LAYERS.map(({ name, shown }) => [name, kept[name] ?? shown]));
-    for (const { name, words, asked } of LAYERS) menu.append(this.item(name, words, asked, changed));
+    for (const { name, words } of LAYERS) menu.append(this.item(name, words, changed));
+    const note = document.createElement("p");
+    const computed = LAYERS.filter(({ asked }) => asked).map(({ words }) => words);
+    note.textContent = `Computed here, by the drone's own code, from the map received: ${computed.join(", ")}.`;
+    menu.append(note);
     button.onclick = () => this.open(menu.hidden);
     menu.addEventListener("keydown", (event) => this.key(event));
     addEventListener("pointerdown", ({ target }) => {
@@ -37,7 +41,7 @@ export class Layers {
     return LAYERS.filter(({ name, asked }) => asked && this.shown[name]).map(({ name }) => name);
   }
 
-  item(name, words, asked, changed) {
+  item(name, words, changed) {
     const label = document.createElement("label");
     const box = document.createElement("input");
     const text = document.createElement("span");
@@ -45,7 +49,6 @@ export class Layers {
     [box.type, box.id, box.checked] = ["checkbox", `layer-${name}`, this.shown[name]];
     sign.className = `sign ${name}`;
     text.textContent = words;
-    if (asked) label.title = "computed here by the drone's own code, from the map received";
     box.onchange = () => {
       this.shown[name] = box.checked;
       keep(this.shown);

@@ -26,11 +26,16 @@ if TYPE_CHECKING:
 
 
 class GroundError(Exception):
-    """Root: str() of it is one line that a user understands; `step`: what to do about it."""
+    """Root: str() of it is one line that a user understands; `step`: what to do about it.
+
+    A traceback shows both.
+    """
 
     def __init__(self, sentence: str, step: str = "") -> None:
         super().__init__(sentence)
         self.step = step
+        if step:
+            self.add_note(f"next: {step}")
 
 
 class CoreMissing(GroundError):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ground.core import CellState
-from ground.errors import GroundError
+from ground.errors import BadInput, GroundError
 from ground.map import GroundMap
 from ground.mapfile import PIXELS_PER_CELL, check_free, save_map
 from ground.model import MapPiece
@@ -45,8 +45,10 @@ def test_npz_holds_the_arrays(grid: GroundMap, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["map.bmp", "map"])
 def test_other_kinds_are_refused(grid: GroundMap, tmp_path: Path, name: str) -> None:
-    with pytest.raises(GroundError, match=r"use \.yaml, \.png, "):
+    with pytest.raises(BadInput, match="cannot write a map") as refused:
         save_map(grid, tmp_path / name)
+    assert refused.value.step.startswith("use .yaml, .png, ")
+    assert refused.value.__notes__ == [f"next: {refused.value.step}"]
 
 
 @pytest.mark.parametrize(("name", "there"), [("map.png", "map.png"), ("map.yaml", "map.pgm")])

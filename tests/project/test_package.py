@@ -13,7 +13,7 @@ from tests.project.files import ROOT, sources
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 TARGETS = {
     "setup", "demo", "sim", "ground", "test", "test-cfclient", "check", "firmware", "flash",
-    "sizes", "analyse", "fuzz", "prove", "clean", "help",
+    "sizes", "analyse", "fuzz", "prove", "docs", "wheel", "clean", "help",
 }  # fmt: skip
 
 

@@ -7,6 +7,8 @@ import subprocess
 import tomllib
 from importlib.metadata import entry_points, version
 
+import yaml
+
 import ground
 from tests.project.files import ROOT, sources
 
@@ -18,7 +20,16 @@ TARGETS = {
 
 
 def test_one_version() -> None:
-    assert PROJECT["project"]["version"] == ground.__version__ == version("wayflie")
+    assert PROJECT["project"]["dynamic"] == ["version"], "it stands in ground/__init__.py only"
+    assert ground.__version__ == version("wayflie")
+
+
+def test_each_hook_before_a_commit_is_a_step_of_make_check() -> None:
+    (local,) = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
+    steps = (ROOT / "Makefile").read_text().replace("$(BIN)", ".venv/bin")
+    assert len(local["hooks"]) == 4
+    for hook in local["hooks"]:
+        assert f"\t{hook['entry']}" in steps
 
 
 def test_the_command_is_there() -> None:

@@ -15,6 +15,7 @@ TOP_LEVEL = {
     "tests",
     "Makefile",
     "README.md",
+    "CHANGELOG.md",
     "pyproject.toml",
     "LICENSE",
 }

@@ -19,7 +19,7 @@ const $ = (id) => document.getElementById(id);
 const connection = new Connection();
 const stop = new Stop(connection);
 const hand = new Hand((what) => connection.send(what));
-const map = new MapPanel({ wish, toast });
+const map = new MapPanel({ wish });
 let toastTimer = 0;
 
 function wish(what) {

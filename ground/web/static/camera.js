@@ -8,8 +8,6 @@ const TOOLS_PX = { top: 62, right: 58 }; // what lies over the map's edges
 const GLIDE_MS = 110;
 const STILL = 1e-3;
 
-export const MODES = { free: "free", fit: "fit", follow: "follow" };
-
 export class Camera {
   constructor(canvas) {
     this.canvas = canvas;
@@ -17,7 +15,7 @@ export class Camera {
     this.centre = [0, 0];
     this.scale = 60;
     this.angle = 0; // the map is turned so far, counter-clockwise
-    this.mode = MODES.fit;
+    this.mode = "fit"; // all that is known; "follow": the drone; "free"
     this.coveredPx = 0; // at the lower edge
     this.calm = matchMedia("(prefers-reduced-motion: reduce)");
   }
@@ -57,20 +55,20 @@ export class Camera {
 
   zoom(factor, px = this.size[0] / 2, py = this.size[1] / 2) {
     const before = this.toWorld(px, py);
-    if (this.mode === MODES.fit) this.mode = MODES.free;
+    if (this.mode === "fit") this.mode = "free";
     this.scale = Math.min(SCALE[1], Math.max(SCALE[0], this.scale * factor));
-    if (this.mode === MODES.free) this.putAt(before, px, py);
+    if (this.mode === "free") this.putAt(before, px, py);
   }
 
   turn(by, px = this.size[0] / 2, py = this.size[1] / 2) {
     const before = this.toWorld(px, py);
     this.angle = Math.atan2(Math.sin(this.angle + by), Math.cos(this.angle + by));
     if (Math.abs(this.angle) < STILL) this.angle = 0;
-    if (this.mode === MODES.free) this.putAt(before, px, py);
+    if (this.mode === "free") this.putAt(before, px, py);
   }
 
   pan(dx, dy) {
-    this.mode = MODES.free;
+    this.mode = "free";
     const [x, y] = turned([-dx / this.scale, dy / this.scale], -this.angle);
     this.centre = [this.centre[0] + x, this.centre[1] + y];
   }
@@ -96,8 +94,8 @@ export class Camera {
   }
 
   aim(knownBox, drone) {
-    if (this.mode === MODES.follow) return drone && { centre: drone, scale: this.scale };
-    if (this.mode !== MODES.fit) return null;
+    if (this.mode === "follow") return drone && { centre: drone, scale: this.scale };
+    if (this.mode !== "fit") return null;
     const [x0, y0, x1, y1] = knownBox ?? [-2, -2, 2, 2];
     const [top, right, bottom] = knownBox ? [TOOLS_PX.top, TOOLS_PX.right, this.coveredPx] : [0, 0, 0];
     const [w, h] = [this.size[0] - right, this.size[1] - top - bottom];

@@ -6,7 +6,7 @@ import { Keys } from "./keys.js";
 import { Layers } from "./layers.js";
 import { Preview } from "./preview.js";
 import { Tools } from "./tools.js";
-import { View } from "./view.js";
+import { PERSON_MS, View } from "./view.js";
 
 const ZOOM = 1.3;
 const TURN_RAD = Math.PI / 12;
@@ -16,7 +16,6 @@ const STEP_M = 0.05;
 const GHOST_POINTS = 4000;
 const SCALE_M = [0.1, 0.2, 0.5, 1, 2, 5, 10];
 const SCALE_PX = 48;
-const PEOPLE_MS = 2000;
 const TAP = matchMedia("(pointer: coarse)").matches ? "Tap" : "Click";
 const HINTS = {
   go: { pointer: `${TAP} anywhere to send the drone there`, keys: "Shift and arrows move a cross, Enter goes there" },
@@ -26,9 +25,9 @@ const HINTS = {
 const $ = (id) => document.getElementById(id);
 
 export class MapPanel {
-  /** wish() sends to the server, toast() tells the user. */
-  constructor({ wish, toast }) {
-    [this.wish, this.toast] = [wish, toast];
+  /** wish() sends to the server. */
+  constructor({ wish }) {
+    this.wish = wish;
     this.state = null;
     this.wanted = null; // the goal just clicked, until the drone takes or refuses it
     this.pointer = null; // where the mouse rests
@@ -83,7 +82,8 @@ export class MapPanel {
     this.camera.coveredPx = replay ? TIMELINE_PX : LEGEND_PX;
     for (const id of ["tool-points", "tool-area"]) $(id).disabled = !can.goto;
     this.preview.refresh();
-    const key = JSON.stringify([can.goto, drone, odometry, area, route, fleet, trail, from]);
+    const { pose, ranges, goal } = drone;
+    const key = JSON.stringify([can.goto, pose, ranges, goal, odometry, area, route, fleet, trail, from]);
     if (key !== this.drawnOf || this.layers.shown.age) this.changed();
     this.drawnOf = key;
   }
@@ -102,7 +102,7 @@ export class MapPanel {
     this.frontiers = message.frontiers ?? this.frontiers;
     const at = performance.now();
     const seen = (message.people ?? []).map((place) => ({ place, at }));
-    this.people = [...this.people.filter((one) => at - one.at < PEOPLE_MS), ...seen];
+    this.people = [...this.people.filter((one) => at - one.at < PERSON_MS), ...seen];
     this.changed();
   }
 

@@ -12,7 +12,7 @@ const COLOURS = [
 ];
 const GLIDE_MS = 70;
 const JUMP_M = 0.5; // farther the drone does not glide
-const PERSON_MS = 2000;
+export const PERSON_MS = 2000; // somebody who was seen fades within this
 
 export class View {
   constructor(canvas, changed) {

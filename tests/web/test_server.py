@@ -225,6 +225,18 @@ def test_stop_latches_for_all_until_released(page: WebSocketTestSession, drone: 
     assert [act.cmd for act in drone.link.acts] == [MissionCmd.TAKE_OFF]
 
 
+def test_a_stop_comes_as_a_plain_request_too_but_from_no_foreign_page(drone: Drone) -> None:
+    app = make_app(Fleet.of(drone.cockpit))
+    app.router.lifespan_context = drone.lifespan
+    with TestClient(app, base_url=BASE) as client:
+        assert client.post("/stop", headers={"origin": "http://evil.example"}).status_code == 403
+        assert not drone.cockpit.stop_latched
+        assert client.get("/stop", headers=ORIGIN).status_code == 404
+        assert not drone.cockpit.stop_latched
+        assert client.post("/stop", headers=ORIGIN).status_code == 204
+        assert drone.cockpit.stop_latched
+
+
 def test_drone_holds_when_the_page_that_steered_is_gone(drone: Drone) -> None:
     app = make_app(Fleet.of(drone.cockpit))
     app.router.lifespan_context = drone.lifespan

@@ -64,6 +64,13 @@ function showLink({ state: name, detail }) {
   $("link").lastElementChild.textContent = name === "connected" ? "connected" : detail;
 }
 
+/** What is shown is old from now on, and nothing but STOP can be wished for. */
+function takeClose() {
+  showLink({ state: "closed", detail: "the ground station has gone" });
+  hand.toggle(false);
+  for (const button of document.querySelectorAll("[data-do], #hand")) button.disabled = true;
+}
+
 function choose(number) {
   wish({ do: "choose", drone: number });
   forgetEvents();
@@ -99,7 +106,7 @@ connection.addEventListener("open", () => {
   stop.show();
   map.opened();
 });
-connection.addEventListener("close", () => showLink({ state: "closed", detail: "the ground station has gone" }));
+connection.addEventListener("close", takeClose);
 setInterval(() => {
   if (connection.isSilent) showLink({ state: "silent", detail: "the ground station is silent" });
 }, WATCH_MS);

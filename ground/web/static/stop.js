@@ -3,7 +3,8 @@
 // out as soon as it can, by WebSocket or as a plain request.
 
 const AGAIN_MS = 250;
-const TEXT_FIELDS = "input:not([type=range], [type=checkbox], [type=radio]), textarea, [contenteditable]";
+// A field for numbers takes no space: it is no text field.
+const TEXT_FIELDS = "input:not([type=range], [type=number], [type=checkbox], [type=radio]), textarea";
 const $ = (id) => document.getElementById(id);
 
 export class Stop {

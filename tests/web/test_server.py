@@ -14,7 +14,6 @@ from starlette.testclient import TestClient, WebSocketDenialResponse, WebSocketT
 from ground.core import (
     GRID_SIDE_CELLS,
     CellState,
-    EventCode,
     MissionCmd,
     MissionReason,
     MissionState,
@@ -22,7 +21,6 @@ from ground.core import (
 from ground.model import (
     Command,
     EmergencyStop,
-    Event,
     LinkChange,
     LinkState,
     MapPiece,
@@ -32,7 +30,6 @@ from ground.model import (
 )
 from ground.station import Station
 from ground.web.cockpit import Cockpit
-from ground.web.events import events_frame
 from ground.web.fleet import Fleet
 from ground.web.frames import MAP_HEADER, NO_TRAIL, map_frame, state_frame
 from ground.web.server import make_app
@@ -184,14 +181,6 @@ def test_nonsense_is_answered_and_goes_nowhere(
     assert not answer["ok"]
     assert answer["words"]
     assert drone.link.acts == []
-
-
-@pytest.mark.parametrize("code", EventCode)
-def test_every_event_is_told_in_words(code: EventCode) -> None:
-    cockpit = Cockpit(Station(FakeLink()))
-    assert cockpit.station is not None
-    cockpit.station.picture.take(Event(1, 100, code, 1, Point(0.0, 0.0)), 0.0)
-    assert [bool(event["words"]) for event in json.loads(events_frame(cockpit))["rows"]] == [True]
 
 
 def test_to_find_itself_it_needs_a_map() -> None:

@@ -20,3 +20,11 @@ def test_what_was_given_up_is_not_called_explored(given_up: int, level: str) -> 
     told = json.loads(events_frame(Cockpit(station)))["rows"][0]
     assert told["level"] == level
     assert ("everything" in told["words"]) == (given_up == 0)
+
+
+@pytest.mark.parametrize("code", EventCode)
+def test_every_event_is_told_in_words(code: EventCode) -> None:
+    cockpit = Cockpit(Station(FakeLink()))
+    assert cockpit.station is not None
+    cockpit.station.picture.take(Event(1, 100, code, 1, Point(0.0, 0.0)), 0.0)
+    assert [bool(event["words"]) for event in json.loads(events_frame(cockpit))["rows"]] == [True]

@@ -22,6 +22,7 @@ from ground.web.cockpit import Cockpit
 from ground.web.events import events_frame, events_version
 from ground.web.fleet import Fleet
 from ground.web.frames import NO_TRAIL, fleet_rows, map_frame, state_frame
+from ground.web.pace import Pace
 from ground.web.parameters import parameters_frame, parameters_version
 from ground.web.wishes import perform, stick_of, wind
 
@@ -63,20 +64,24 @@ class Page:
         self._rate = Rate(time.monotonic())
         self._sticks = Rate(time.monotonic(), STICKS_PER_S, STICKS_PER_S)
         self._complaints = Rate(time.monotonic(), COMPLAINTS_PER_S, 1.0)
+        self._pace = Pace()
         self._commands: set[asyncio.Task[None]] = set()
         self._asking = Asking(self._tell, lambda: self._cockpit.station)
 
     async def serve(self) -> None:
-        """Until the page leaves."""
+        """Until the page leaves; or until it cannot be told any more, so that it comes again."""
         await self._socket.accept()
         self._fleet.page_opened()
-        tasks = [asyncio.create_task(work) for work in (self._write(), self._asking.run())]
         try:
-            await self._read()
+            async with asyncio.TaskGroup() as group:
+                tasks = [group.create_task(work) for work in (self._write(), self._asking.run())]
+                await self._read()
+                for task in tasks:
+                    task.cancel()
         finally:
             self._fleet.page_closed()
-            for task in (*tasks, *self._commands):
-                task.cancel()
+            for command in self._commands:
+                command.cancel()
 
     async def _read(self) -> None:
         with contextlib.suppress(WebSocketDisconnect):
@@ -92,9 +97,12 @@ class Page:
         if wish.get("do") == "stop":
             self._fleet.stop()
             return
+        name = wish.get("do")
+        if name == "taken":
+            self._pace.taken()
+            return
         if self._asking.take(wish):
             return
-        name = wish.get("do")
         if name == "manual":
             await self._steer(wish)
             return
@@ -150,10 +158,11 @@ class Page:
         return self._fleet.members[self._chosen].cockpit
 
     async def _write(self) -> None:
-        """A slow page gets fewer frames, never old ones: each send waits for the one before."""
+        """A slow page gets fewer frames, never old ones."""
         mark, sent, said, chosen = NO_TRAIL, None, Said(), self._chosen
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             for turn in itertools.count():
+                await self._pace.send_next()
                 if chosen != self._chosen:
                     mark, sent, said, chosen = NO_TRAIL, None, Said(), self._chosen
                 others = fleet_rows(self._fleet, chosen)

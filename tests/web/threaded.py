@@ -35,10 +35,12 @@ class Ground:
         thread = threading.Thread(target=self._loop.run_until_complete, args=(self._serve(),))
         thread.start()
         assert self._ready.wait(20)
-        yield self
-        self.call(self._done.set)
-        thread.join()
-        self._loop.close()
+        try:
+            yield self
+        finally:
+            self.call(self._done.set)
+            thread.join()
+            self._loop.close()
 
     async def _serve(self) -> None:
         async with (

@@ -16,12 +16,18 @@ export class Connection extends EventTarget {
     socket.onmessage = ({ data }) => {
       this.#heardAt = performance.now();
       if (data instanceof ArrayBuffer) this.#tell("cells", data);
-      else this.#tell("message", JSON.parse(data));
+      else this.#take(JSON.parse(data));
     };
     socket.onclose = () => {
       this.dispatchEvent(new Event("close"));
       setTimeout(() => this.open(), RECONNECT_MS);
     };
+  }
+
+  /** The server waits for who says what it has taken: else a slow page would show the past. */
+  #take(message) {
+    this.#tell("message", message);
+    if (message.kind === "state") this.send({ do: "taken" });
   }
 
   get isOpen() {

@@ -152,7 +152,7 @@ def test_an_area_that_is_drawn_is_explored_and_not_left(browser: Browser) -> Non
         poses = [state["drone"]["pose"] for state in tab.states]
         assert all(-0.7 < x_m < 1.4 and -1.2 < y_m < 0.8 for x_m, y_m, *_ in poses)
         assert max(math.dist(pose[:2], HOME) for pose in poses) > 0.5, "it has moved about"
-        assert any("explored" in event["words"] for event in tab.events)
+        tab.wait(lambda: any("explored" in event["words"] for event in tab.events))
 
 
 def explored(tab: Tab) -> None:

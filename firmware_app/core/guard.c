@@ -16,6 +16,7 @@ static const float WATCHED_M = 2.0f;   ///< farther away nothing is a comer
 static const float UNTOLD_M = 0.75f;   ///< nor what the map merely does not explain
 static const float STEADY_RAD = 0.04f; ///< a set turned more against the one before tells no rate
 static const float SET_S = 0.3f;       ///< nor does one that comes later
+static const float DOUBT_S = 0.3f;     ///< so long a set that none has confirmed is doubted
 static const float COMING_MPS = 0.2f;  ///< slower than this is noise
 static const float STAYING_MPS = 0.1f; ///< slower than this for so long, it is as good as a wall,
 static const float STAYS_S = 3.0f;     ///< but that nobody goes nearer to it
@@ -24,6 +25,7 @@ static const float RUNNING_MPS = 2.5f; ///< faster is another thing in the beam
 static const float SAME_M = 0.5f;      ///< so near to where it was met, it is the same comer
 static const float RESTLESS_M = 1.2f;
 static const float JUMP_M = 0.2f;      ///< from a set to the next
+static const float FALL_M = 0.25f;     ///< likewise, nearer than anybody runs
 static const float SLIP_GAIN = 0.3f;   ///< a set's share
 static const float AHEAD_S = 0.5f;     ///< so long it is thought to go on coming
 static const float STANDING = 0.6f;    ///< of the distance, kept from one that stands still
@@ -165,6 +167,15 @@ static void note_slip(guard_t *guard, const scan_frame_t *frame) {
   guard->slip_mps = vec2_rotate((vec2_t){slip_mps[0], slip_mps[1]}, frame->pose.yaw_rad);
 }
 
+/** A beam that tells at once of something so near that it would have had to run there: of nothing,
+ * perhaps. The next set knows. */
+static void note_fall(guard_t *guard, int beam, float range_m) {
+  float before_m = guard->seen_m[beam];
+  bool ran = before_m == 0.0f || before_m - range_m > FALL_M;
+  uint8_t bit = (uint8_t)(1u << beam);
+  guard->doubtful = (uint8_t)(ran ? guard->doubtful | bit : guard->doubtful & ~bit);
+}
+
 /** Does a beam tell something else near by in every set? */
 static void note_jump(guard_t *guard, int beam, float range_m) {
   float before_m = guard->seen_m[beam];
@@ -206,6 +217,17 @@ static void meet(guard_t *guard, const scan_frame_t *frame, vec2_t echo_m, bool 
   guard->comer_ms = frame->time_ms;
 }
 
+/** No single echo is a comer, for some are of nothing: what was there a set before is, and what
+ * goes on where a comer was. */
+static bool told_twice(guard_t *guard, uint32_t now_ms, vec2_t echo_m) {
+  bool again = seconds(now_ms, guard->hint_ms) < SET_S;
+  bool there = again && vec2_distance(guard->hint_m, echo_m) < SAME_M;
+  bool known = guard->met && seconds(now_ms, guard->comer_ms) < GUARD_REMEMBERED_S;
+  guard->hint_m = echo_m;
+  guard->hint_ms = now_ms;
+  return there || (known && vec2_distance(guard->comer_m, echo_m) < SAME_M);
+}
+
 /** How a beam's echo looks: 2 a comer, 1 near and not explained by the map, 0 nothing of note. */
 static int note_of(int judged, int sets, float range_m) {
   bool comer = judged == GRID_ECHO_STRANGE || (judged == GRID_ECHO_UNTOLD && sets >= COMING_SETS);
@@ -226,6 +248,7 @@ void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *
     bool coming = near && tells && guard->seen_m[beam] > 0.0f && comes(guard, frame, beam);
     int sets = coming ? guard->coming[beam] + 1 : 0;
     guard->coming[beam] = (uint8_t)(sets < COMING_SETS ? sets : COMING_SETS);
+    note_fall(guard, beam, range_m);
     note_jump(guard, beam, near ? range_m : 0.0f);
     guard->seen_m[beam] = near ? range_m : 0.0f;
     bool believed = near && guard->restless[beam] < DOUBTED;
@@ -237,7 +260,10 @@ void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *
   }
   if (nearest >= 0 && cfg->yield_m > 0.0f) {
     vec2_t offset_m = vec2_scale(beam_direction(nearest), frame->range_m[nearest]);
-    meet(guard, frame, pose2_apply(frame->pose, offset_m), most == 1);
+    vec2_t echo_m = pose2_apply(frame->pose, offset_m);
+    if (told_twice(guard, frame->time_ms, echo_m)) {
+      meet(guard, frame, echo_m, most == 1);
+    }
   }
   guard->seen_from = frame->pose;
   guard->seen_ms = frame->time_ms;
@@ -296,10 +322,11 @@ static vec2_t give_way(guard_t *guard, const guard_config_t *cfg, const float *r
   return velocity_mps;
 }
 
-static float nearest_of(const float *range_m) {
+/** Nearest range of the beams that are not in this mask. */
+static float nearest_of(const float *range_m, unsigned without) {
   float nearest_m = NOTHING_M;
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
-    float range = level_range(range_m, beam);
+    float range = (without >> beam & 1u) != 0 ? NOTHING_M : level_range(range_m, beam);
     nearest_m = range < nearest_m ? range : nearest_m;
   }
   return nearest_m;
@@ -307,7 +334,7 @@ static float nearest_of(const float *range_m) {
 
 vec2_t guard_step(guard_t *guard, const guard_config_t *cfg, const float *range_m,
                   const scan_odometry_t *body, vec2_t wanted_mps) {
-  guard->nearest_m = nearest_of(range_m);
+  guard->nearest_m = nearest_of(range_m, 0);
   vec2_t velocity_mps = wanted_mps;
   bool slowed = slow_down(cfg, range_m, cfg->stop_m, &velocity_mps);
   vec2_t offset_m;
@@ -330,7 +357,8 @@ vec2_t guard_step(guard_t *guard, const guard_config_t *cfg, const float *range_
     }
   }
   float bound_m = guard->status == GUARD_RETREAT ? cfg->release_m : cfg->retreat_m;
-  if (guard->nearest_m < bound_m) {
+  bool fresh = seconds(body->time_ms, guard->seen_ms) < DOUBT_S;
+  if (nearest_of(range_m, fresh ? guard->doubtful : 0u) < bound_m) {
     guard->status = GUARD_RETREAT;
     guard->away = away_from_near(range_m, cfg->release_m);
     vec2_t retreat_mps = vec2_scale(guard->away, cfg->retreat_mps);

@@ -43,6 +43,9 @@ typedef struct {
   uint8_t coming[SCAN_BEAMS];   ///< sets in a row in which a beam's echo came by itself
   uint8_t restless[SCAN_BEAMS]; ///< how often a beam's near echo has jumped lately
   vec2_t slip_mps; ///< odometry is so much faster than the body by its echoes, odometry frame
+  vec2_t hint_m;   ///< what may be a comer, odometry frame
+  uint32_t hint_ms;
+  uint8_t doubtful; ///< beams of the last set that fell too far at once
   // the comer
   bool met;
   bool untold;       ///< it may be a wall that is not drawn yet: kept off, not given way to

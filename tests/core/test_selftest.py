@@ -79,7 +79,7 @@ def bend_one_bit(field: CData) -> None:
         (25, "height_sp_m"),
         (200, "slam.filter.pose.yaw_rad"),
         (500, "slam.filter.pose.y_m"),
-        (650, "route.points_m"),
+        (600, "route.points_m"),
     ],
 )
 def test_one_bit_of_what_is_decided_by_changes_the_number(tick: int, what: str) -> None:

@@ -38,6 +38,8 @@ _END_STATES = {
 _FROM_ELSEWHERE = (MissionCmd.TAKE_OFF, MissionCmd.HOME, MissionCmd.LAND, MissionCmd.HOLD)
 # These end a flight: what goes wrong on board does not end the waiting for the landing.
 _DESCENDING = (MissionCmd.HOME, MissionCmd.LAND)
+# It looks for its place in the map then, and goes on; where that fails, it lands.
+_MENDED = (MissionReason.LOST,)
 _RESTING = (MissionState.IDLE, MissionState.HOVER, MissionState.FAULT)
 
 
@@ -81,7 +83,7 @@ class Watch:
         match event.code:
             case EventCode.REFUSED:
                 return Outcome(False, REASON_WORDS[event.reason], event.reason, event.place)
-            case EventCode.FAULT if self._cmd not in _DESCENDING:
+            case EventCode.FAULT if self._cmd not in _DESCENDING and event.reason not in _MENDED:
                 return Outcome(False, REASON_WORDS[event.reason], event.reason)
             case EventCode.ARRIVED if self._cmd is MissionCmd.GOTO:
                 return Outcome(True, "arrived", place=event.place)

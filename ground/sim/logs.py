@@ -39,6 +39,11 @@ class LogBlocks:
         self._blocks: dict[int, Block] = {}
         self._limit = firmware.log_count()
 
+    @property
+    def running(self) -> bool:
+        """Something is told regularly."""
+        return any(block.due_ms is not None for block in self._blocks.values())
+
     def control(self, data: bytes) -> bytes:
         """Answer a request of the control channel."""
         if not data or (len(data) < 2 and data[0] != _RESET):

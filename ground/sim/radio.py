@@ -19,8 +19,8 @@ _HANDSHAKE_PORTS = frozenset((Port.PARAM, Port.LOG, Port.MEMORY))
 _APP_CHANNEL = 2
 _AHEAD_MS = 1500
 """So far ahead of what a ground station has come to, faster time stands still."""
-_WAIT_S = 10.0
-"""For one that is connected but says nothing."""
+_WAIT_S = 3.0
+"""For one that comes no further."""
 
 
 @dataclass(slots=True)
@@ -34,7 +34,7 @@ class Client:
     asked_s: float
     settled: bool = False
     beat_s: float = float("-inf")
-    """When it last said how far it has come, and that time of the drone."""
+    """When it had last come further, and to which time of the drone."""
     beat_ms: int = 0
 
 
@@ -96,6 +96,7 @@ class Radio:
         """The drone's time is too far ahead of a ground station that is still there."""
         return not self.silent and any(
             self._now_ms - client.beat_ms > _AHEAD_MS
+            and client.session.logs.running
             and now_s - client.beat_s < _WAIT_S
             and now_s - client.heard_s < _SILENCE_S
             for client in self._clients.values()
@@ -212,5 +213,5 @@ def _note_beat(client: Client, datagram: bytes, now_s: float) -> None:
     """Note how far a ground station has come, if it says so."""
     if datagram[0] >> 4 == Port.PLATFORM and datagram[0] & 3 == _APP_CHANNEL:
         message = decode_message(datagram[1:])
-        if isinstance(message, Beat) and message.drone_ms > 0:
+        if isinstance(message, Beat) and message.drone_ms > client.beat_ms:
             client.beat_s, client.beat_ms = now_s, message.drone_ms

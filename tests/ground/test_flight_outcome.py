@@ -99,6 +99,26 @@ def test_how_far_it_is_explored_may_be_heard_after_the_landing(
     with_station(link, work)
 
 
+@pytest.mark.parametrize("found", [True, False])
+def test_who_is_lost_on_the_way_may_find_its_place_and_go_on(found: bool) -> None:
+    link = FakeLink()
+
+    def flown() -> list[Event | Telemetry]:
+        lost = event(EventCode.FAULT, MissionReason.LOST)
+        looks = event(EventCode.STATE, MissionState.RELOCALISE)
+        if found:
+            return [lost, looks, event(EventCode.FOUND), event(EventCode.ARRIVED)]
+        down = [telemetry(t, MissionState.IDLE) for t in range(1000, 7000, 50)]
+        return [lost, looks, event(EventCode.STATE, MissionState.LAND), *down]
+
+    link.on_command = lambda command: say_later(link, *flown())
+
+    async def work(station: Station) -> None:
+        assert (await fly(station, MissionCmd.GOTO, GOAL)).reached is found
+
+    with_station(link, work)
+
+
 def test_telemetry_decides_where_the_event_was_lost() -> None:
     link = FakeLink()
     flown = [telemetry(t, MissionState.FOLLOW) for t in range(0, 1000, 50)]

@@ -7,10 +7,14 @@ import time
 from itertools import pairwise
 from pathlib import Path
 
+import pytest
+
 from ground.link_radio import RadioLink
+from ground.model import Heartbeat
 from ground.sim.backlog import DATAGRAM_BYTES, PATIENCE_S, ROOM_BYTES, Backlog
 from ground.sim.process import SimulatorProcess
 from ground.station import station_on
+from ground.wire import encode_request
 from tests.sim.crtp_client import RawClient
 
 BLOCKS = 4
@@ -18,6 +22,7 @@ PERIOD_MS = 10
 PAUSE_S = 0.5
 SETTLED_MS = 3000
 BEHIND_MS = 3000
+STANDS_S = 4.5
 PORT = 0xE0D3
 BURST = ROOM_BYTES // DATAGRAM_BYTES
 HEAD = "   sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid\n"
@@ -133,3 +138,20 @@ def test_time_does_not_wait_for_a_ground_station_that_has_gone() -> None:
     with SimulatorProcess("--world", "empty", "--speed", "max") as simulator:
         for _ in range(2):
             asyncio.run(listen())
+
+
+@pytest.mark.parametrize("listening", [True, False])
+def test_time_does_not_stand_still_for_one_that_comes_no_further(listening: bool) -> None:
+    with SimulatorProcess("--world", "empty", "--speed", "max") as simulator:
+        with RawClient(simulator.uri) as client:
+            battery, _ = client.toc(5)["pm.vbat"]
+            client.fetch_params()
+            if listening:
+                client.ask(5, 1, struct.pack("<BBBH", 6, 0, 7, battery))
+                client.ask(5, 1, struct.pack("<BBB", 3, 0, 10))
+            until_s = time.monotonic() + (STANDS_S if listening else PAUSE_S)
+            while time.monotonic() < until_s:
+                client.send(13, 2, encode_request(Heartbeat(0, SETTLED_MS)))
+                time.sleep(0.05)
+        served_s = simulator.stop()["served_sim_s"]
+    assert served_s > BEHIND_MS / 1000 + SETTLED_MS / 1000

@@ -74,7 +74,7 @@ static void on_command(nav_t *nav, const wire_command_t *command) {
   send(&(wire_message_t){.type = WIRE_ACK, .body.ack = *ack});
 }
 
-static void answer(uint16_t sequence, mission_reason_t reason) {
+static void acknowledge(uint16_t sequence, mission_reason_t reason) {
   const wire_ack_t ack = {sequence, MISSION_CMD_NONE, (uint8_t)reason};
   send(&(wire_message_t){.type = WIRE_ACK, .body.ack = ack});
 }
@@ -82,7 +82,7 @@ static void answer(uint16_t sequence, mission_reason_t reason) {
 static void on_waypoints(nav_t *nav, const wire_waypoints_t *waypoints) {
   const mission_reason_t reason =
       app_selftest_running() ? MISSION_SELF_TEST : nav_take_waypoints(nav, waypoints);
-  answer(waypoints->sequence, reason);
+  acknowledge(waypoints->sequence, reason);
 }
 
 /** Sticks come many times a second: only what is wrong with one is told. */
@@ -90,7 +90,7 @@ static void on_steer(nav_t *nav, const wire_steer_t *stick) {
   const mission_reason_t reason =
       app_selftest_running() ? MISSION_SELF_TEST : nav_steer(nav, stick);
   if (reason != MISSION_OK) {
-    answer(stick->sequence, reason);
+    acknowledge(stick->sequence, reason);
   }
 }
 

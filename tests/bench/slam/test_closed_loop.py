@@ -24,12 +24,20 @@ def flights() -> dict[int, Flown]:
     return {slam: fly_closed(Plan("hard", slam, seed=6, minutes=MINUTES)) for slam in (0, 1)}
 
 
-def test_goals_are_truly_reached_and_nothing_is_touched(flights: dict[int, Flown]) -> None:
-    flown = flights[1]
+def test_goals_are_truly_reached_and_nothing_is_touched() -> None:
+    flown = fly_closed(Plan("real", 1, seed=6, minutes=MINUTES))
     assert flown.touches == ()
     assert len(flown.legs) >= 4
     assert [leg.sentence for leg in flown.legs if not leg.arrived] == []
     assert flown.truly_there >= len(flown.legs) - 1, flown.leg_errors_m
+    assert flown.map_m < 0.06
+
+
+def test_most_goals_are_truly_reached_where_odometry_drifts_hard(flights: dict[int, Flown]) -> None:
+    flown = flights[1]
+    assert flown.touches == ()
+    assert len(flown.legs) >= 4
+    assert flown.truly_there >= 0.85 * len(flown.legs), flown.leg_errors_m
     assert flown.map_m < 0.1
 
 

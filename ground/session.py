@@ -28,6 +28,7 @@ log = logging.getLogger(__name__)
 RETRY_S = 0.5
 LANDING_S = 60.0
 SETTLING_S = 15.0
+READY_S = 3.0
 SETTLING_RETRY_S = 0.2
 
 
@@ -98,18 +99,29 @@ async def landing_on_interrupt(station: Station, console: Console) -> AsyncItera
 async def fly_when_settled(
     station: Station, cmd: MissionCmd, goal: Point | None, console: Console
 ) -> Outcome:
-    """As fly(), but give the position estimate some time after the drone was switched on."""
-    give_up_s = time.monotonic() + SETTLING_S
+    """As fly(), but give the position estimate some time after the drone was switched on, and the
+    supervisor after a landing."""
+    begin_s = time.monotonic()
     told = False
     while True:
         outcome = await fly(station, cmd, goal)
-        settled = outcome.reason is not MissionReason.ESTIMATOR or station.picture.state.airborne
-        if settled or time.monotonic() > give_up_s:
+        if time.monotonic() - begin_s > _patience_s(station, outcome):
             return outcome
         if not told:
-            console.print("waiting for the position estimate to settle")
+            console.print("waiting until it is ready to fly")
             told = True
         await asyncio.sleep(SETTLING_RETRY_S)
+
+
+def _patience_s(station: Station, outcome: Outcome) -> float:
+    """So long a refusal may pass by itself; negative if it does not."""
+    health, state = station.picture.health, station.picture.state
+    if not state.airborne and outcome.reason is MissionReason.ESTIMATOR:
+        return SETTLING_S
+    locked = health is None or health.locked or health.tumbled
+    if not state.airborne and outcome.reason is MissionReason.CANNOT_FLY and not locked:
+        return READY_S
+    return -1.0
 
 
 def explain(outcome: Outcome) -> str:

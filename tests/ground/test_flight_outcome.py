@@ -4,10 +4,12 @@
 import asyncio
 
 import pytest
+from rich.console import Console
 
-from ground.core import EventCode, MissionCmd, MissionReason, MissionState
+from ground.core import EventCode, MissionCmd, MissionReason, MissionState, SelfTest
 from ground.flight import fly
-from ground.model import Command, Event, Telemetry
+from ground.model import Command, Event, Health, Telemetry
+from ground.session import fly_when_settled
 from ground.station import Station
 from tests.ground.fakelink import FakeLink
 from tests.ground.stations import GOAL, event, heard, telemetry, with_station
@@ -159,3 +161,28 @@ def test_an_event_of_the_flight_before_does_not_count() -> None:
         assert outcome.place == GOAL
 
     with_station(link, work)
+
+
+@pytest.mark.parametrize(("locked", "tries"), [(False, 2), (True, 1)])
+def test_a_supervisor_that_is_not_ready_again_is_waited_for(locked: bool, tries: int) -> None:
+    link = FakeLink()
+    commands: list[Command] = []
+
+    def answer(command: Command) -> None:
+        commands.append(command)
+        if len(commands) == 1:
+            link.say(event(EventCode.REFUSED, MissionReason.CANNOT_FLY))
+        else:
+            link.say(event(EventCode.ARRIVED))
+
+    link.on_command = answer
+
+    async def work(station: Station) -> None:
+        link.say(Health(1, 4.0, 0.0, 0, 0, 0, 0, 0, 1 << 6 if locked else 0, SelfTest.NOT_RUN))
+        while station.picture.health is None:
+            await asyncio.sleep(0.01)
+        outcome = await fly_when_settled(station, MissionCmd.GOTO, GOAL, Console(quiet=True))
+        assert outcome.reached is not locked
+
+    with_station(link, work)
+    assert len(commands) == tries

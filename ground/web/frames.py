@@ -103,15 +103,8 @@ def _locked(picture: Picture) -> bool:
 def _link(cockpit: Cockpit) -> dict[str, Any]:
     if cockpit.station is None:
         return {"state": LinkState.CLOSED.value, "detail": cockpit.trouble}
-    link, stats = cockpit.station.picture.link, cockpit.station.stats
-    return {
-        "state": link.state.value,
-        "detail": link.detail,
-        "round_trip_ms": cockpit.station.pulse.round_trip_ms,
-        "unanswered": cockpit.station.pulse.unanswered,
-        "packets": stats.log_packets,
-        "lost": stats.lost_packets,
-    }
+    link = cockpit.station.picture.link
+    return {"state": link.state.value, "detail": link.detail}
 
 
 def _mission(picture: Picture) -> dict[str, Any]:
@@ -131,7 +124,6 @@ def _drone(picture: Picture) -> dict[str, Any]:
         pose = telemetry.pose
         drone["pose"] = [_round(v) for v in (pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)]
         drone["goal"] = _xy(telemetry.goal) if telemetry.state.airborne else None
-        drone["confidence"] = telemetry.confidence_percent
     if (ranges := picture.ranges) is not None:
         drone["ranges"] = [ranges.front_m, ranges.left_m, ranges.back_m, ranges.right_m]
     if picture.source is not None:
@@ -139,7 +131,6 @@ def _drone(picture: Picture) -> dict[str, Any]:
     if (health := picture.health) is not None:
         drone["battery_v"] = _round(health.battery_v)
         drone["path_m"] = _round(health.path_m) if picture.state.airborne else 0.0
-        drone["plan_ms"] = health.plan_us / 1000
         drone["self_test"] = {
             "state": health.self_test.name,
             "words": SELF_TEST_WORDS[health.self_test],

@@ -3,6 +3,7 @@
 // Here the parts of the page are put together.
 
 import { Connection } from "./connection.js";
+import { $, say } from "./dom.js";
 import { forgetEvents, showEvents } from "./events.js";
 import { showFleet } from "./fleet.js";
 import { Hand } from "./hand.js";
@@ -15,7 +16,6 @@ import { listenToTimeline, showTimeline } from "./timeline.js";
 const WATCH_MS = 500;
 const TOAST_MS = 6000;
 
-const $ = (id) => document.getElementById(id);
 const connection = new Connection();
 const stop = new Stop(connection);
 const hand = new Hand((what) => connection.send(what));
@@ -76,11 +76,6 @@ function choose(number) {
   forgetEvents();
   hand.toggle(false);
   map.forget();
-}
-
-/** Only what changed is written: a screen reader reads it out. */
-function say(element, words) {
-  if (element.textContent !== words) element.textContent = words;
 }
 
 function toast(text) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What happened on board: all that the ground has kept of it, the newest on top.
 
-const $ = (id) => document.getElementById(id);
+import { $ } from "./dom.js";
+
 let newest = null; // what was on top before
 
 /** @param {(words: string) => void} alarm for what somebody should see at once */

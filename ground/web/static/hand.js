@@ -2,6 +2,8 @@
 // Flying by hand: held keys, held buttons on the screen and a gamepad become one stick, sent twenty
 // times a second while it is deflected. The drone brakes before obstacles, whatever the stick says.
 
+import { $ } from "./dom.js";
+
 const PERIOD_MS = 50;
 const RESTS = 4; // so often "let go" is sent
 const TURN_DPS = 60;
@@ -19,7 +21,6 @@ const KEYS = {
 };
 const REST = [0, 0, 0, 0];
 const FIELDS = "input, textarea, select, [contenteditable]";
-const $ = (id) => document.getElementById(id);
 
 export class Hand {
   #send;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Everything in the map's part of the page: puts together what is drawn there and what is done there.
 
+import { $, say } from "./dom.js";
 import { Gestures } from "./gestures.js";
 import { Keys } from "./keys.js";
 import { Layers } from "./layers.js";
@@ -22,7 +23,6 @@ const HINTS = {
   points: { pointer: "", keys: "Shift and arrows, P: a point at the cross, Enter: fly" },
   area: { pointer: "", keys: "Shift and arrows, P: a corner at the cross, Enter: use" },
 };
-const $ = (id) => document.getElementById(id);
 
 export class MapPanel {
   /** wish() sends to the server. */
@@ -220,7 +220,7 @@ export class MapPanel {
     const keyed = $("map").matches(":focus-visible");
     const words = keyed ? keys : pointer;
     $("hint").hidden = !this.state?.can.goto || !words || (!keyed && this.trail.length > 0);
-    if ($("hint").textContent !== words) $("hint").textContent = words;
+    say($("hint"), words);
   }
 
   showTools() {

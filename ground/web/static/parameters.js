@@ -2,7 +2,8 @@
 // What can be tuned: one row a parameter, as the drone's own source describes it. A change goes out
 // when it is complete, and the row shows what the drone made of it.
 
-const $ = (id) => document.getElementById(id);
+import { $ } from "./dom.js";
+
 const SAID_MS = 4000;
 let rows = new Map();
 

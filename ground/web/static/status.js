@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The numbers: what the drone and the link to it are doing.
 
-const $ = (id) => document.getElementById(id);
+import { $ } from "./dom.js";
+
 const NONE = "\u2013";
 
 export function showStatus({ drone, link, map, status }) {

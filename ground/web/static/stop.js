@@ -2,10 +2,11 @@
 // STOP: cuts all motors at once. Pressed is pressed: what does not reach the ground station now goes
 // out as soon as it can, by WebSocket or as a plain request.
 
+import { $, say } from "./dom.js";
+
 const AGAIN_MS = 250;
 // A field for numbers takes no space: it is no text field.
 const TEXT_FIELDS = "input:not([type=range], [type=number], [type=checkbox], [type=radio]), textarea";
-const $ = (id) => document.getElementById(id);
 
 export class Stop {
   #connection;
@@ -100,8 +101,4 @@ export class Stop {
   #isStop({ code, target }) {
     return code === "Space" && !this.#replay && !target.closest?.(TEXT_FIELDS);
   }
-}
-
-function say(element, words) {
-  if (element.textContent !== words) element.textContent = words;
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The time line of a recording: play, pause, wind.
 
+import { $ } from "./dom.js";
+
 const PLAY = "\u25b6";
 const PAUSE = "\u275a\u275a";
-const $ = (id) => document.getElementById(id);
 const WINDS_MS = 150;
 let timer = 0; // runs while the wish for the slider's newest place waits
 let held = false; // the user holds the slider: it stays where it is held

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Drawing on the map: way points to fly along, and the area that the drone may not leave.
 
+import { $ } from "./dom.js";
 import * as marks from "./marks.js";
 
 const HIT_PX = 18;
 const SMALL_PX = 10; // a rectangle as small as this was a slip
-const $ = (id) => document.getElementById(id);
 
 export class Tools {
   constructor({ wish, camera, changed }) {

@@ -8,11 +8,11 @@ import asyncio
 import numpy as np
 
 from ground.core import TILE_SIDE_CELLS, TILES, TILES_PER_ROW, MissionCmd, MissionReason
-from ground.errors import CommandRefused, GroundError, NoAnswer
+from ground.errors import GroundError, NoAnswer
 from ground.map import GroundMap
 from ground.model import Hello
 from ground.station import Station
-from ground.words import REASON_WORDS
+from ground.words import refusal
 
 ROUNDS = 6
 PACE_S = 0.01  # between two pieces: the drone takes ten a tick, and its queue holds ten
@@ -42,7 +42,7 @@ async def send_map(station: Station, kept: GroundMap) -> None:
 async def forget_map(station: Station) -> Hello:
     """Let the drone begin a new map, on the ground; from then on its grid is known."""
     if station.picture.state.airborne:
-        raise CommandRefused(REASON_WORDS[MissionReason.FLYING], MissionReason.FLYING)
+        raise refusal(MissionReason.FLYING)
     await station.command(MissionCmd.FORGET)
     return await station.greet()
 

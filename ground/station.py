@@ -20,7 +20,7 @@ from ground.core import (
     MissionCmd,
     MissionReason,
 )
-from ground.errors import BadWaypoints, CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
+from ground.errors import BadWaypoints, LinkLost, NoAnswer, ProtocolMismatch
 from ground.link import Link
 from ground.listener import Listener
 from ground.missing import History
@@ -50,7 +50,7 @@ from ground.pulse import Pulse
 from ground.recovery import RESTART_MS, Recovery
 from ground.stick import Steer, Stick
 from ground.wire import SEQUENCES
-from ground.words import COMMAND_WORDS, REASON_WORDS
+from ground.words import COMMAND_WORDS, refusal
 
 A = TypeVar("A")
 
@@ -136,7 +136,7 @@ class Station:
         with self.listen(Ack) as listener:
             ack = await self._ask(request, answer, listener, what)
         if ack.reason is not MissionReason.OK:
-            raise CommandRefused(REASON_WORDS[ack.reason], ack.reason)
+            raise refusal(ack.reason)
 
     async def give_waypoints(self, points: Sequence[Point]) -> None:
         """Let the drone hold these, for FLY and PATROL. Raises as command() does."""

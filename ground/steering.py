@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 from ground.core import MissionReason
-from ground.errors import CommandRefused, LinkLost
+from ground.errors import LinkLost
 from ground.model import Ack, Telemetry
 from ground.station import Station
 from ground.stick import REST, Stick
-from ground.words import REASON_WORDS
+from ground.words import refusal
 
 SILENCE_S = 2.0
 REST_MS = 500  # so long it is told to stand
@@ -31,4 +31,4 @@ async def steer_for(station: Station, stick: Stick, seconds: float) -> None:
 
 def _judge(reason: MissionReason) -> None:
     if reason is not MissionReason.OK:
-        raise CommandRefused(REASON_WORDS[reason], reason)
+        raise refusal(reason)

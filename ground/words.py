@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from ground.core import MissionCmd, MissionReason, MissionState, SelfTest, Source
+from ground.errors import CommandRefused
 
 STATE_WORDS: dict[MissionState, str] = {
     MissionState.IDLE: "on the ground",
@@ -83,3 +84,8 @@ COMMAND_WORDS: dict[MissionCmd, str] = {
     MissionCmd.FLY: "fly along the way points",
     MissionCmd.PATROL: "patrol along the way points",
 }
+
+
+def refusal(reason: MissionReason) -> CommandRefused:
+    """To raise, or to hand on."""
+    return CommandRefused(REASON_WORDS[reason], reason)

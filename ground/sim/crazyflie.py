@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 
 from ground.sim import logs, params, toc
 from ground.sim.crtp import (
+    APP,
     MAX_DATA_BYTES,
     PROTOCOL_VERSION,
     BadPacket,
@@ -85,7 +86,7 @@ class Crazyflie:
         while text := self._firmware.console_take():
             yield from ((packet, None) for packet in _console(text))
         while packet := self._firmware.appchannel_take():
-            yield encode(Port.PLATFORM, 2, packet), None
+            yield encode(*APP, packet), None
         self._changed += ((identity, None) for identity in self._params.changed_by_firmware())
         for identity, setter in self._changed:
             yield self._params.news(identity), setter
@@ -114,7 +115,7 @@ class Crazyflie:
             (Port.SUPERVISOR, 1): lambda session, data: stack.supervisor_command(data),
             (Port.PLATFORM, 0): self._platform_command,
             (Port.PLATFORM, 1): self._platform_version,
-            (Port.PLATFORM, 2): self._app_packet,
+            APP: self._app_packet,
             (Port.LINK, 0): lambda session, data: encode(Port.LINK, 0, data),
             (Port.LINK, 1): lambda session, data: encode(Port.LINK, 1, _LINK_SOURCE),
             (Port.LINK, 2): lambda session, data: None,

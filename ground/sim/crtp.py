@@ -3,7 +3,7 @@
 
 import struct
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 MAX_DATA_BYTES = 30
 LARGEST = 1e6
@@ -26,6 +26,10 @@ class Port(IntEnum):
     SUPERVISOR = 9
     PLATFORM = 13
     LINK = 15
+
+
+APP: Final = (Port.PLATFORM, 2)
+"""Port and channel of packets between app and ground."""
 
 
 class Errno(IntEnum):

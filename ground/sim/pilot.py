@@ -27,7 +27,7 @@ from ground.model import (
 )
 from ground.picture import Picture
 from ground.recovery import Recovery
-from ground.sim.crtp import Port, decode, encode
+from ground.sim.crtp import APP, Port, decode, encode
 from ground.sim.faults import Faults
 from ground.sim.firmware import Entry, Firmware
 from ground.sim.plant import PLANT_STEP_S
@@ -38,7 +38,6 @@ from ground.words import REASON_WORDS
 
 TIME_IS_UP: Final = "the time was up"
 _CLIENT: Final = ("client", 1)
-_APP: Final = (Port.PLATFORM, 2)
 _FLOAT: Final = 7
 _LOG_CONTROL, _LOG_DATA, _PARAM_READ, _PARAM_WRITE = 1, 2, 1, 2
 _CREATE_BLOCK, _START_BLOCK = 6, 3
@@ -200,7 +199,7 @@ class Pilot:
         for _, datagram in self._simulator.outgoing():
             packet = decode(datagram)
             message: Incoming | None = None
-            if (packet.port, packet.channel) == _APP:
+            if (packet.port, packet.channel) == APP:
                 message = decode_message(packet.data)
             elif (packet.port, packet.channel) == (Port.LOG, _LOG_DATA):
                 message = self._streams[packet.data[0]].message(packet.data)
@@ -252,7 +251,7 @@ class Pilot:
             self._deliver(Port.PARAM, _PARAM_READ, struct.pack("<H", number))
 
     def _say(self, request: AppRequest) -> None:
-        self._deliver(*_APP, encode_request(request))
+        self._deliver(*APP, encode_request(request))
 
     def _deliver(self, port: int, channel: int, data: bytes) -> None:
         self._simulator.deliver(_CLIENT, encode(port, channel, data))

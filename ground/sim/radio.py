@@ -8,7 +8,7 @@ from random import Random
 
 from ground.model import Beat
 from ground.sim.crazyflie import Crazyflie, Session
-from ground.sim.crtp import SCAN_PROBE, BadPacket, Port
+from ground.sim.crtp import APP, SCAN_PROBE, BadPacket, Port
 from ground.sim.trouble import Trouble, TroubleSpec
 from ground.wire import decode_message
 
@@ -16,7 +16,6 @@ Address = tuple[str, int]
 _SILENCE_S = 1.0
 _HANDSHAKE_PAUSE_S = 0.2
 _HANDSHAKE_PORTS = frozenset((Port.PARAM, Port.LOG, Port.MEMORY))
-_APP_CHANNEL = 2
 _AHEAD_MS = 1500
 """So far ahead of what a ground station has come to, faster time stands still."""
 _WAIT_S = 3.0
@@ -211,7 +210,7 @@ class Radio:
 
 def _note_beat(client: Client, datagram: bytes, now_s: float) -> None:
     """Note how far a ground station has come, if it says so."""
-    if datagram[0] >> 4 == Port.PLATFORM and datagram[0] & 3 == _APP_CHANNEL:
+    if (datagram[0] >> 4, datagram[0] & 3) == APP:
         message = decode_message(datagram[1:])
         if isinstance(message, Beat) and message.drone_ms > client.beat_ms:
             client.beat_s, client.beat_ms = now_s, message.drone_ms

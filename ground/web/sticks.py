@@ -18,7 +18,7 @@ from ground.listener import Listener
 from ground.model import Ack
 from ground.station import Station
 from ground.stick import REST, Stick
-from ground.words import REASON_WORDS
+from ground.words import refusal
 
 PERIOD_S = 0.05
 DEAD_MAN_S = 0.3
@@ -70,7 +70,7 @@ async def _refusal(acks: Listener, sent: set[int]) -> CommandRefused | None:
     while (left_s := until_s - time.monotonic()) > 0:
         match await acks.next(left_s):
             case Ack(sequence, _, reason) if sequence in sent and reason is not MissionReason.OK:
-                return CommandRefused(REASON_WORDS[reason], reason)
+                return refusal(reason)
     return None
 
 

@@ -130,14 +130,15 @@ def test_time_waits_for_a_ground_station_that_thinks() -> None:
 
 
 def test_time_does_not_wait_for_a_ground_station_that_has_gone() -> None:
-    async def listen() -> None:
+    async def listen(seconds: int) -> int:
         async with station_on(RadioLink(simulator.uri)) as station:
-            while station.picture.drone_ms < SETTLED_MS:
+            while station.picture.drone_ms < SETTLED_MS + 1000 * seconds:
                 await asyncio.sleep(0.0)
+            return station.picture.drone_ms
 
     with SimulatorProcess("--world", "empty", "--speed", "max") as simulator:
-        for _ in range(2):
-            asyncio.run(listen())
+        first_ms, second_ms = (asyncio.run(listen(seconds)) for seconds in (0, 10))
+    assert SETTLED_MS <= first_ms < second_ms
 
 
 @pytest.mark.parametrize("listening", [True, False])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Everything runs in .venv, which `make setup` creates; nobody has to activate it.
+# Everything runs in .venv, which is made when first needed; nobody has to activate it.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
@@ -7,16 +7,13 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 CFCLIENT := .venv-cfclient
-PIP := -m pip install --quiet --disable-pip-version-check --retries 10
+PIP := -m pip install --quiet --disable-pip-version-check --retries 10 --no-compile
 
 PLATFORM ?= cf2
 
-CORE_C := $(wildcard firmware_app/core/*.c)
-CORE_H := $(wildcard firmware_app/core/*.h)
-C_SOURCES := $(CORE_C) $(CORE_H) $(wildcard firmware_app/app/*.[ch] firmware_app/host/*.[ch])
-C_TESTS := $(wildcard tests/*/*.c tests/bench/*/*.[ch] tests/bench/*/*.cpp)
+C_SOURCES := $(wildcard firmware_app/core/*.[ch] firmware_app/app/*.[ch] firmware_app/host/*.[ch])
 PLAN := tests/bench/plan
-BUILD_SCRIPTS := ground/core_build.py ground/sim/firmware_build.py
+BUILD_SCRIPTS := ground/build_extensions.py ground/core_build.py ground/sim/firmware_build.py
 C_WARNINGS := -Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Wcast-qual -Werror
 
 .PHONY: help
@@ -24,17 +21,23 @@ help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 .PHONY: setup
-setup: $(VENV)/.built ## Create .venv with everything in it; compile the C code for this machine
+setup: build/.built ## Create .venv with what flies; compile the C code for this machine
+
+.PHONY: dev
+dev: setup $(VENV)/.dev ## Add what tests, checks and benchmarks need
 
 $(VENV)/.installed: pyproject.toml
 	tests/tools/debian_packages.sh host
 	python3 -m venv $(VENV)
-	$(BIN)/python $(PIP) --editable '.[plot,bench,dev]'
+	$(BIN)/python $(PIP) --editable '.[plot,compile]'
 	@touch $@
 
-$(VENV)/.built: $(VENV)/.installed $(C_SOURCES) $(BUILD_SCRIPTS)
-	$(BIN)/python -m ground.core_build
-	$(BIN)/python -m ground.sim.firmware_build
+build/.built: $(VENV)/.installed $(C_SOURCES) $(BUILD_SCRIPTS)
+	$(BIN)/python -m ground.build_extensions
+	@mkdir -p $(@D) && touch $@
+
+$(VENV)/.dev: $(VENV)/.installed
+	$(BIN)/python $(PIP) 'wayflie[bench,dev]'
 	@touch $@
 
 .PHONY: demo
@@ -50,13 +53,13 @@ ground: setup ## Run only the ground station and its page [URI=radio://...]
 	$(BIN)/wayflie ground $(if $(URI),--uri $(URI))
 
 .PHONY: test
-test: setup ## Run the tests (two processes, under ten minutes)
-	tests/tools/debian_packages.sh test
-	$(BIN)/pytest -n 2 tests --ignore tests/cfclient
+test: dev ## Run the tests, one more at a time than processors: many wait for a drone [WORKERS=3]
+	tests/tools/debian_packages.sh test chip web
+	$(BIN)/pytest -n $(or $(WORKERS),$$(($$(nproc) + 1))) --dist worksteal tests --ignore tests/cfclient
 
 .PHONY: test-web
-test-web: setup ## Look at the page in Chromium, with simulated drones; pictures in build/screens
-	tests/tools/debian_packages.sh test
+test-web: dev ## Look at the page in Chromium, with simulated drones; pictures in build/screens
+	tests/tools/debian_packages.sh web
 	$(BIN)/pytest tests/web
 
 .PHONY: test-cfclient
@@ -64,19 +67,19 @@ test-cfclient: setup $(CFCLIENT)/.installed ## Drive the real cfclient against t
 	QT_QPA_PLATFORM=offscreen MINUTES=$(MINUTES) $(CFCLIENT)/bin/python -m pytest -rP --confcutdir tests/cfclient tests/cfclient
 
 $(CFCLIENT)/.installed: pyproject.toml
-	tests/tools/debian_packages.sh cfclient
+	tests/tools/debian_packages.sh host cfclient
 	python3 -m venv $(CFCLIENT)
 	$(CFCLIENT)/bin/python $(PIP) 'cfclient==2026.8.1' 'pytest>=9,<10' 'pytest-timeout>=2.4,<3'
 	@touch $@
 
 .PHONY: check
-check: setup ## Lint, types, formatting, strict C warnings
+check: dev ## Lint, types, formatting, strict C warnings
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/clang-format --dry-run -Werror $(C_SOURCES) $(C_TESTS)
-	gcc -std=c11 -O2 $(C_WARNINGS) -fsyntax-only $(CORE_C)
-	gcc -std=c11 -O2 $(C_WARNINGS) -fsyntax-only -Ifirmware_app/core -Itests/firmware $(wildcard $(PLAN)/*.c)
+	$(BIN)/clang-format --dry-run -Werror firmware_app/{core,app,host}/*.[ch] tests/{,bench/}*/*.[ch] $(PLAN)/*.cpp
+	$(BIN)/python -m tests.tools.analyse gcc
+	gcc -std=c11 -O2 $(C_WARNINGS) -fsyntax-only -Ifirmware_app/core -Itests/firmware $(PLAN)/*.c
 
 .PHONY: analyse
 analyse: setup ## Let gcc, clang, clang-tidy and cppcheck read the C code
@@ -89,16 +92,21 @@ prove: setup ## Prove packets, geometry, scan and grid free of run-time errors, 
 	$(BIN)/python -m tests.tools.prove
 
 .PHONY: fuzz
-fuzz: setup ## Feed everything that takes outside data with nonsense [SECONDS=60 for each target]
+fuzz: dev ## Feed everything that takes outside data with nonsense [SECONDS=60 for each target]
 	tests/tools/debian_packages.sh analysis
 	$(BIN)/python -m tests.tools.fuzz $(or $(SECONDS),60)
 	$(BIN)/python -m tests.tools.fuzz_python $(or $(SECONDS),60)
 
+.PHONY: mutate
+mutate: dev ## Change lines of the C code: does a test fail? [PARTS=guard] [EACH=6 changes per file]
+	$(BIN)/python -m tests.tools.mutate $(PARTS) $(if $(EACH),--each $(EACH))
+
 .PHONY: firmware
 firmware: need-base ## Build the app into the real firmware: CRAZYFLIE_BASE=... [PLATFORM=cf2|cf21bl]
+	tests/tools/debian_packages.sh chip
 	$(MAKE) -C firmware_app CRAZYFLIE_BASE=$(abspath $(CRAZYFLIE_BASE)) $(PLATFORM)_defconfig
 	$(MAKE) -C firmware_app CRAZYFLIE_BASE=$(abspath $(CRAZYFLIE_BASE))
-	@! test -x $(BIN)/python || $(BIN)/python -m tests.tools.elf_tables firmware_app/build/$(PLATFORM).elf
+	@! test -f $(VENV)/.dev || $(BIN)/python -m tests.tools.elf_tables firmware_app/build/$(PLATFORM).elf
 
 .PHONY: need-base
 need-base:
@@ -111,11 +119,12 @@ flash: $(CFCLIENT)/.installed ## Send the built firmware to a Crazyflie [PLATFOR
 	  -w $(or $(URI),radio://0/80/2M/E7E7E7E7E7)
 
 .PHONY: sizes
-sizes: setup ## Print what core and app need on the chip: RAM, flash, stack
+sizes: dev ## Print what core and app need on the chip: RAM, flash, stack
+	tests/tools/debian_packages.sh chip
 	$(BIN)/python -m tests.tools.sizes
 
 .PHONY: docs
-docs: setup ## Write the tables of parameters and log variables in DESIGN.md anew
+docs: dev ## Write the tables of parameters and log variables in DESIGN.md anew
 	$(BIN)/python -m tests.tools.docs
 
 .PHONY: wheel
@@ -124,7 +133,8 @@ wheel: ## Build the wheel, install it into an empty environment, fly from an emp
 	tests/tools/try_wheel.sh
 
 .PHONY: picture
-picture: setup ## Take the pictures of the README anew
+picture: dev ## Take the pictures of the README anew
+	tests/tools/debian_packages.sh web
 	$(BIN)/python -m tests.tools.picture ground/web/page.png ground/web/flight.webp
 
 OMPL_INCLUDE ?= $(firstword $(wildcard /usr/include/ompl-*)) /usr/include/eigen3
@@ -143,6 +153,7 @@ build/bench-plan/drive_ompl: $(wildcard $(PLAN)/*.h) $(PLAN)/drive_ompl.cpp $(PL
 
 .PHONY: clean
 clean: ## Remove everything that was built, the environments too
-	rm -rf $(VENV) $(CFCLIENT) build *.egg-info firmware_app/build
+	rm -rf $(VENV) $(CFCLIENT) build dist *.egg-info firmware_app/build
+	rm -rf .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
 	find ground firmware_app \( -name '*.so' -o -name '*.o' -o -name '*.a' -o -name '.*.cmd' \) -delete

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wayflie's ground station. For scripts: `from ground import Station`, told in ground/api.py.
+"""Wayflie's ground station; scripts use `from ground import Station` (see ground/api.py).
 
-The names below are imported when they are asked for: what builds the C core imports this package.
+The names below are imported on first use, so that building the C core can import this package.
 """
 
 from importlib import import_module

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m ground` is the command `wayflie`."""
+"""Run the command `wayflie` as `python -m ground`."""
 
-from ground.cli import main
+from ground.cli.app import main
 
 if __name__ == "__main__":
     main()

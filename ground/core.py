@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The compiled C core: its enums and sizes, and the two handles `ffi` and `lib`.
+"""The compiled C core: its enums and sizes, and the handles `ffi` and `lib`.
 
 Numbers are read from C, never retyped; a test proves that no enumerator is missing here.
 """
@@ -14,11 +14,9 @@ from ground.errors import CoreMissing
 try:
     from ground import _core
 except ImportError as error:
-    raise CoreMissing(
-        f"the C core is not compiled ({error})", "`make setup`, or `python -m ground.core_build`"
-    ) from error
+    raise CoreMissing(f"the C core is not compiled ({error})", "`make setup`") from error
 
-CData: TypeAlias = Any  # a value of C; cffi has no types for them
+CData: TypeAlias = Any  # a C object; cffi has no types for it
 
 ffi: Any = _core.ffi
 lib: Any = _core.lib
@@ -41,7 +39,7 @@ RECORDS_KEPT: int = lib.HISTORY_RECORDS
 
 
 class MissionCmd(IntEnum):
-    """What the drone can be told."""
+    """Commands to the drone."""
 
     NONE = lib.MISSION_CMD_NONE
     TAKE_OFF = lib.MISSION_CMD_TAKE_OFF
@@ -76,7 +74,7 @@ class MissionState(IntEnum):
 
     @property
     def airborne(self) -> bool:
-        """Motors may run in this state."""
+        """Whether motors may run in this state."""
         return bool(lib.mission_airborne(int(self)))
 
 
@@ -131,7 +129,7 @@ class WireType(IntEnum):
 
 
 class RecordKind(IntEnum):
-    """What a record of the history tells."""
+    """What a record of the history describes."""
 
     POSE = lib.WIRE_RECORD_POSE
     MATCHED = lib.WIRE_RECORD_MATCHED
@@ -140,7 +138,7 @@ class RecordKind(IntEnum):
 
 
 class WireStatus(IntEnum):
-    """Why a packet could not be read."""
+    """Whether a packet could be decoded, or why not."""
 
     OK = lib.WIRE_OK
     SHORT = lib.WIRE_SHORT
@@ -150,7 +148,7 @@ class WireStatus(IntEnum):
 
 
 class EventCode(IntEnum):
-    """What the drone reports."""
+    """Kinds of events that the drone reports."""
 
     STATE = lib.WIRE_EVENT_STATE
     REFUSED = lib.WIRE_EVENT_REFUSED
@@ -172,7 +170,7 @@ class Capability(IntFlag):
 
 
 class SelfTest(IntEnum):
-    """What the drone's self-test has found: whether it computes what a PC does."""
+    """Result of the drone's self-test: whether it computes the same as a PC."""
 
     NOT_RUN = lib.SELFTEST_NOT_RUN
     RUNNING = lib.SELFTEST_RUNNING
@@ -181,7 +179,7 @@ class SelfTest(IntEnum):
 
 
 class Source(IntEnum):
-    """What the pose in the map comes from."""
+    """Where the pose in the map comes from."""
 
     ODOMETRY = lib.NAV_SOURCE_ODOMETRY
     SLAM = lib.NAV_SOURCE_SLAM
@@ -192,7 +190,7 @@ class Source(IntEnum):
 
 
 class CellState(IntEnum):
-    """What the map says of a cell."""
+    """What the map says about a cell."""
 
     UNKNOWN = lib.GRID_CELL_UNKNOWN
     FREE = lib.GRID_CELL_FREE

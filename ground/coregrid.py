@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A grid of the C core with given contents."""
+"""Fills a grid of the C core with given contents."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ VALUE_OF = np.array(
 
 
 def put_values(grid: CData, values: NDArray[np.uint8]) -> None:
-    """Let the cells have these values, 0 to 15; (side, side), row 0 in the south."""
+    """Set the cells to these values, 0 to 15; (side, side), row 0 in the south."""
     packed = (values[:, 0::2] | values[:, 1::2] << 4).tobytes()
     ffi.memmove(grid.cells, packed, len(packed))
 
 
 def lay_out(grid: CData, states: NDArray[np.uint8], origin: Point, cell_m: float) -> None:
-    """Make it a grid there, with cells of these CellStates and without points."""
+    """Initialise the grid at a place, with cells in these states and without points."""
     half_m = 0.5 * GRID_SIDE_CELLS * cell_m
     centre = ffi.new("vec2_t *", (origin.x_m + half_m, origin.y_m + half_m))[0]
     cfg = ffi.new("grid_config_t *", lib.grid_config_default())

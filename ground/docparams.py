@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The drone's parameters and log variables, as the doc comments of the C source describe them.
+"""The drone's parameters and log variables, read from the doc comments of the C source.
 
-One table for the page, for DESIGN.md and for whoever checks a running drone: what a parameter
-means, its unit, what it may be, and what it is when nobody has set it.
+One table for the web page, for DESIGN.md and for checks of a running drone: meaning, unit, range
+and default of each parameter.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _WIDEST = {"uint8": 255.0}
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A parameter or log variable of group `way`. Choices are the words of the numbers from 0."""
+    """A parameter or log variable of group `way`; choices[n] is the meaning of the number n."""
 
     name: str
     type: str
@@ -45,7 +45,7 @@ class Variable:
 
     @property
     def range_words(self) -> str:
-        """What it may be, in a few words."""
+        """The permitted values in a few words."""
         if self.low is None or self.high is None:
             return "any number"
         return f"{self.low:g} to {self.high:g} {self.unit}".strip()
@@ -53,24 +53,24 @@ class Variable:
 
 @functools.cache
 def parameters() -> dict[str, Variable]:
-    """All parameters of the app, by name, in the order of the source."""
+    """All parameters of the app by name, in the order of the source."""
     return _read(PARAMS, "PARAM")
 
 
 @functools.cache
 def log_variables() -> dict[str, Variable]:
-    """All log variables of the group `way`, likewise."""
+    """All log variables of the group `way`, by name."""
     return _read(LOGS, "LOG")
 
 
 @functools.cache
 def map_variables() -> dict[str, Variable]:
-    """All log variables of the group `waymap`."""
+    """All log variables of the group `waymap`, by name."""
     return _read(MAP, "LOG")
 
 
 def source_text(name: str) -> str:
-    """A source of the app: of this checkout, else the copy that was installed with the package."""
+    """A source of the app: from the checkout, else the copy installed with the package."""
     beside = SOURCES / name
     return (beside if beside.exists() else GROUND / name).read_text()
 
@@ -117,7 +117,7 @@ def _range(text: str) -> tuple[float | None, float | None, str]:
 
 
 def _choices(text: str) -> tuple[str, ...]:
-    """`0 this, 1 that`: only numbers that follow one another from 0 on."""
+    """Parse `0 this, 1 that`, with numbers that count up from 0."""
     words: list[str] = []
     for number, word in _CHOICE.findall(text):
         if int(number) == len(words):
@@ -126,7 +126,7 @@ def _choices(text: str) -> tuple[str, ...]:
 
 
 def _defaults(text: str) -> dict[str, float]:
-    """Of the fields that DEFAULTS names; names of enumerators mean their numbers."""
+    """The fields of DEFAULTS with their numbers; names of enumerators are looked up."""
     found = re.search(r"#define DEFAULTS(.*?)\n\n", text, re.DOTALL)
     if not found:
         return {}

@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What can go wrong on the ground.
+"""Errors of the ground station.
 
-GroundError              a sentence for the user, one line, and the next step
-+-- CoreMissing          the compiled C core is not there
-+-- LinkError            the way to the drone
-|   +-- LinkUnavailable  nobody answers, or the link cannot be opened
-|   +-- LinkLost         it was there and is gone
-|   +-- NoAnswer         a request was repeated and never answered
-+-- BadInput             what was asked for cannot be, whatever the drone does
-|   +-- BadUri           an address that no driver understands; LinkUnavailable too
-|   +-- BadWaypoints     too many, none, or too far away
-+-- ProtocolMismatch     the other side runs no Wayflie, or another version
-+-- CommandRefused       the drone said no; carries its reason
-+-- NotReached           it flew, or not, and what was asked was not reached
-+-- StopLatched          the emergency stop was pressed and not released
-+-- SimulatorFailed      the simulator did not start or ended early
+GroundError
++-- CoreMissing
++-- LinkError
+|   +-- LinkUnavailable
+|   |   +-- BadUri (BadInput too)
+|   +-- LinkLost
+|   +-- NoAnswer
++-- BadInput
+|   +-- BadWaypoints
++-- ProtocolMismatch
++-- CommandRefused
++-- ParameterRefused
++-- NotReached
++-- StopLatched
++-- SimulatorFailed
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class GroundError(Exception):
-    """Root: str() of it is one line that a user understands; `step`: what to do about it.
+    """Base class: str() is one line for the user, `step` is what to do about it.
 
     A traceback shows both.
     """
@@ -39,11 +40,11 @@ class GroundError(Exception):
 
 
 class CoreMissing(GroundError):
-    """The compiled C core is not there."""
+    """The C core is not compiled."""
 
 
 class LinkError(GroundError):
-    """The way to the drone does not work."""
+    """The link to the drone does not work."""
 
 
 class LinkUnavailable(LinkError):
@@ -51,19 +52,19 @@ class LinkUnavailable(LinkError):
 
 
 class LinkLost(LinkError):
-    """The link was there and is gone."""
+    """The link was open and was lost."""
 
 
 class NoAnswer(LinkError):
-    """A request was repeated and never answered."""
+    """A request was repeated, but never answered."""
 
 
 class ProtocolMismatch(GroundError):
-    """The other side runs no Wayflie, or another version of it."""
+    """The other side runs no Wayflie app, or another version of it."""
 
 
 class CommandRefused(GroundError):
-    """The drone said no."""
+    """The drone refused a command, for this reason."""
 
     def __init__(self, sentence: str, reason: MissionReason) -> None:
         super().__init__(sentence)
@@ -71,23 +72,23 @@ class CommandRefused(GroundError):
 
 
 class ParameterRefused(GroundError):
-    """A parameter does not take the value."""
+    """The drone does not accept a value for a parameter."""
 
 
 class BadInput(GroundError):
-    """What was asked for cannot be, whatever the drone does: a file's ending, a world's name."""
+    """Invalid input that no drone is needed to reject: a file's ending, a world's name."""
 
 
 class BadUri(LinkUnavailable, BadInput):
-    """An address that no driver understands."""
+    """A URI that no driver understands."""
 
 
 class BadWaypoints(BadInput):
-    """Too many way points, none, or too far away."""
+    """No waypoints, too many, or too far away."""
 
 
 class NotReached(GroundError):
-    """It flew, or not, and what was asked was not reached."""
+    """What was asked was not reached, whether the drone flew or not."""
 
 
 class StopLatched(GroundError):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shared words between the drone and the ground.
+"""Messages from the drone and from the link.
 
 SI units and radians; the map frame unless a name says otherwise (x forward and y left of the
 take-off heading, z up, yaw counter-clockwise). `drone_ms` is the drone's clock.
@@ -13,19 +13,17 @@ from enum import Enum
 from ground.core import (
     Capability,
     EventCode,
-    MissionCmd,
     MissionReason,
     MissionState,
+    RecordKind,
     SelfTest,
     Source,
 )
-from ground.missing import AskAny, History, MapPacket
-from ground.stick import Steer
 
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A place in the plane."""
+    """A position in the plane."""
 
     x_m: float
     y_m: float
@@ -33,7 +31,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where the drone is and where it looks."""
+    """Position and heading of the drone."""
 
     x_m: float
     y_m: float
@@ -41,12 +39,9 @@ class Pose:
     yaw_rad: float
 
 
-# --- drone to ground -----------------------------------------------------------------------------
-
-
 @dataclass(frozen=True, slots=True)
 class Telemetry:
-    """The drone's own picture, several times a second."""
+    """The drone's pose and mission state, several times a second."""
 
     drone_ms: int
     pose: Pose
@@ -58,7 +53,7 @@ class Telemetry:
 
 @dataclass(frozen=True, slots=True)
 class Health:
-    """What changes slowly. `supervisor` holds the bits of supervisor.info."""
+    """Values that change slowly; `supervisor` holds the bits of supervisor.info."""
 
     drone_ms: int
     battery_v: float
@@ -73,23 +68,23 @@ class Health:
 
     @property
     def can_fly(self) -> bool:
-        """The supervisor lets the motors turn."""
+        """Whether the supervisor permits the motors to run."""
         return bool(self.supervisor & 1 << 3)
 
     @property
     def tumbled(self) -> bool:
-        """It lies on its side or back."""
+        """Whether the drone lies on its side or back."""
         return bool(self.supervisor & 1 << 5)
 
     @property
     def locked(self) -> bool:
-        """The supervisor has cut the motors until the drone is restarted."""
+        """Whether the supervisor has stopped the motors until the drone is restarted."""
         return bool(self.supervisor & 1 << 6)
 
 
 @dataclass(frozen=True, slots=True)
 class Ranges:
-    """The five distances as published; None where the sensor saw nothing."""
+    """The five ranges as published; None without return."""
 
     drone_ms: int
     front_m: float | None
@@ -101,7 +96,7 @@ class Ranges:
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """The firmware's own estimate, which drifts: odometry frame, velocity too."""
+    """The firmware's own estimate, which drifts: pose and velocity in the odometry frame."""
 
     drone_ms: int
     pose: Pose
@@ -114,15 +109,23 @@ class Odometry:
 
 @dataclass(frozen=True, slots=True)
 class Positioned:
-    """What the pose comes from just now."""
+    """Where the pose comes from at present."""
 
     drone_ms: int
     source: Source
 
 
 @dataclass(frozen=True, slots=True)
+class MapPacket:
+    """A map packet as it was received, with several tiles; GroundMap decodes it."""
+
+    drone_ms: int
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
 class MapPiece:
-    """One tile: a CellState a cell, row-major from its south-west corner, and some of its points.
+    """One tile: a CellState per cell, row-major from its south-west corner, and some of its points.
 
     A point is (cell, eighths): index into states, place in the cell (x in bits 0-2, y in bits 3-5).
     """
@@ -136,7 +139,7 @@ class MapPiece:
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """What must be known before the map can be read."""
+    """What the app is and how its map lies; needed before map packets can be used."""
 
     capabilities: Capability
     epoch: int
@@ -147,7 +150,7 @@ class Hello:
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """Answer to the command of that sequence."""
+    """Answer to the command with this sequence number."""
 
     sequence: int
     cmd: int
@@ -156,7 +159,7 @@ class Ack:
 
 @dataclass(frozen=True, slots=True)
 class RoutePiece:
-    """Some points of the route; `total` 0 means that there is none."""
+    """Some points of the route; if `total` is 0, there is no route."""
 
     revision: int
     first: int
@@ -166,7 +169,7 @@ class RoutePiece:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something happened on board; the meaning of argument and place depends on the code."""
+    """Something that happened on board; what argument and place mean depends on the code."""
 
     sequence: int
     drone_ms: int
@@ -176,8 +179,28 @@ class Event:
 
     @property
     def reason(self) -> MissionReason:
-        """Argument of REFUSED, FAULT and SKIPPED."""
+        """The argument of REFUSED, FAULT and SKIPPED."""
         return MissionReason(self.argument)
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """A past pose of the drone, or a correction of its estimate: a rotation about the map's origin,
+    then a shift."""
+
+    drone_ms: int
+    kind: RecordKind
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """Records with consecutive numbers, modulo 2^16."""
+
+    first: int
+    records: tuple[Record, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,95 +218,41 @@ class Beat:
 
 @dataclass(frozen=True, slots=True)
 class Console:
-    """Text that the firmware printed."""
+    """Text printed by the firmware."""
 
     text: str
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterValue:
-    """A parameter as it stands on the drone now."""
+    """The present value of a parameter on the drone."""
 
     name: str
     value: float
 
 
 class LinkState(Enum):
-    """How the link is doing."""
+    """State of the link."""
 
     CLOSED = "closed"
     CONNECTED = "connected"
     SILENT = "silent"
     LOST = "lost"
     RECONNECTING = "reconnecting"
-    RESTARTED = "restarted"  # the drone: what was known of its flight and map is void
+    RESTARTED = "restarted"  # the drone was restarted: its earlier flight and map are gone
 
 
 @dataclass(frozen=True, slots=True)
 class LinkChange:
-    """The link changed its state; `detail` is a sentence."""
+    """A new state of the link; `detail` is a sentence."""
 
     state: LinkState
     detail: str
 
 
-# --- ground to drone -----------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Command:
-    """A goal for the mission; a repeated sequence acts once."""
-
-    sequence: int
-    cmd: MissionCmd
-    goal: Point = Point(0.0, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Waypoints:
-    """Some of a list of `total` points to be flown along, from number `first` on."""
-
-    sequence: int
-    list: int
-    first: int
-    total: int
-    points: tuple[Point, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class HelloRequest:
-    """Ask who is there."""
-
-
-@dataclass(frozen=True, slots=True)
-class SnapshotRequest:
-    """Ask for hello, route and the whole map again."""
-
-
-@dataclass(frozen=True, slots=True)
-class Heartbeat:
-    """The ground is alive, and has heard what the drone said until then; 0: nothing yet."""
-
-    sequence: int
-    drone_ms: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class EmergencyStop:
-    """Cut the motors through the supervisor, whatever the app does; the drone falls."""
-
-
-@dataclass(frozen=True, slots=True)
-class SetParameter:
-    """Write a parameter, by its full name."""
-
-    name: str
-    value: float
-
-
 @dataclass(frozen=True, slots=True)
 class LinkStats:
-    """Counted since the link was opened; what is lost by gaps in the times of log packets."""
+    """Counters since the link was opened; losses are found by gaps in the times of log packets."""
 
     log_packets: int = 0
     lost_packets: int = 0
@@ -294,7 +263,3 @@ class LinkStats:
 LogMessage = Telemetry | Health | Ranges | Odometry | Positioned | MapPacket
 AppMessage = Hello | Ack | RoutePiece | Event | Beat | History
 Incoming = LogMessage | AppMessage | Console | ParameterValue | LinkChange
-AppRequest = (
-    Command | Waypoints | Steer | HelloRequest | SnapshotRequest | Heartbeat | MapPiece | AskAny
-)
-Outgoing = AppRequest | EmergencyStop | SetParameter

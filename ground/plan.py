@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The drone's planner alone: a grid in, the shortest way out.
+"""The drone's planner alone: a grid in, the shortest path out.
 
     from ground.plan import plan
     way = plan(blocked, start=(10.5, 20.5), goal=(90.5, 40.5))
     print(way.status.name, way.length, way.points)
 
-It is the same C code that plans on board (firmware_app/core/pathfinder.h), with the same fixed
-memory, and decides as it does there, bit for bit. Coordinates are cells: cell (ix, iy) covers
+It is the C code that plans on board (firmware_app/core/pathfinder.h), with the same fixed memory
+and the same results, bit for bit. Coordinates are in cells: cell (ix, iy) covers
 [ix, ix + 1) x [iy, iy + 1), and x is the second index of an array.
 """
 
@@ -28,7 +28,7 @@ _BEYOND_M = 1000.0
 
 
 class Status(IntEnum):
-    """How a search stands."""
+    """State or result of a search."""
 
     SEARCHING = lib.PATHFINDER_SEARCHING
     FOUND = lib.PATHFINDER_FOUND
@@ -40,19 +40,19 @@ class Status(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """What came of a search."""
+    """The result of a search."""
 
     status: Status
     points: NDArray[np.float32]
-    """(n, 2) from start to goal in cells, each in sight of the next; n is 0 without a way."""
+    """(n, 2) from start to goal in cells, each in line of sight of the next; n is 0 if none."""
     length: float
-    """In cells; infinite without a way."""
+    """In cells; infinite without a path."""
     samples: int
     first_samples: int
-    """That it took to know the first way."""
+    """Number of samples after which the first path was known."""
     nodes: int
     nearest: Point | None
-    """Where one can come nearest to the goal, once it is proven that there is no way."""
+    """The reachable point nearest to the goal, once it is proven that there is no path."""
 
 
 def plan(
@@ -65,11 +65,11 @@ def plan(
     seed: int = 1,
     adaptive: bool = False,
 ) -> Way:
-    """The shortest way from start to goal that keeps `clearance` cells away from what is blocked.
+    """Find the shortest path from start to goal that stays `clearance` cells off blocked cells.
 
-    `blocked` is an array of truth values, at most 128 x 128; outside of it all is blocked. The
-    search goes on until it has enough, or for so many samples. A ValueError says what is wrong with
-    the arguments; blocked ends and proven impossibility are results.
+    `blocked` is an array of truth values, at most 128 x 128; everything outside is blocked. The
+    search continues until the planner has enough, or for `samples` samples. Invalid arguments raise
+    ValueError; blocked ends and proven impossibility are results.
     """
     layer = _clearance_of(_checked(blocked), clearance)
     planner, cfg = ffi.new("pathfinder_t *"), ffi.new("pathfinder_config_t *")
@@ -100,7 +100,7 @@ def _checked(blocked: ArrayLike) -> NDArray[np.bool_]:
 
 
 def _clearance_of(blocked: NDArray[np.bool_], clearance: float) -> CData:
-    """The planner's bit layer, by the core's own inflation."""
+    """The planner's bit layer, made by the core's own inflation of obstacles."""
     if not 0.0 <= clearance <= lib.CLEARANCE_REACH_MAX:
         raise ValueError(f"clearance must be 0 to {lib.CLEARANCE_REACH_MAX} cells, not {clearance}")
     whole = np.ones((GRID_SIDE_CELLS, GRID_SIDE_CELLS), dtype=bool)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a user sees while something takes long. Nothing of it where output is piped."""
+"""Progress shown in a terminal while something takes long; nothing if output is piped."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ EVERY_S = 0.25
 
 @contextlib.contextmanager
 def waiting(console: Console, words: str) -> Iterator[None]:
-    """For what nobody knows the length of."""
+    """Show a spinner for work of unknown length."""
     with console.status(words) if console.is_terminal else contextlib.nullcontext():
         yield
 
 
 def bar(console: Console) -> Progress:
-    """For what is known to end."""
+    """Make a progress bar for work of known length."""
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -37,7 +37,7 @@ def bar(console: Console) -> Progress:
 async def share_shown(
     console: Console, words: str, share: Callable[[], float]
 ) -> AsyncIterator[None]:
-    """A bar that follows a share, from 0 to 1."""
+    """Show a bar that follows a share from 0 to 1."""
     with bar(console) as progress:
         task = progress.add_task(words, total=1.0)
         async with _again(lambda: progress.update(task, completed=share())):
@@ -46,7 +46,7 @@ async def share_shown(
 
 @contextlib.asynccontextmanager
 async def line_shown(console: Console, words: Callable[[], str]) -> AsyncIterator[None]:
-    """One line below all others that says how things are now."""
+    """Show one line below all others with the present status."""
     if not console.is_terminal:
         yield
         return

@@ -17,29 +17,29 @@
 #include "debug.h"
 
 enum {
-  RECEIVE_MAX = 10, ///< the firmware's queue holds no more
-  ACKS = 8,
-  BEAT_SILENT_MS = 1500, ///< a ground that beats does so twice a second
+  RECEIVE_MAX = 10,      ///< packets per tick: what the firmware's queue holds
+  ACKS = 8,              ///< acknowledgements kept, to recognise repeated commands
+  BEAT_SILENT_MS = 1500, ///< silence after heartbeats, which come twice a second
 };
 
-static wire_ack_t acks[ACKS]; ///< of the last commands; cmd 0: none
+static wire_ack_t acks[ACKS]; ///< ring of the last ones; cmd 0: none
 static uint8_t next_ack;
 
 static history_t history;
-static uint16_t next_record; ///< to be sent
-static uint16_t again_event, again_record;
-static uint8_t events_again, records_again; ///< so many from there on, asked for
+static uint16_t next_record;                ///< sequence number of the next record to send
+static uint16_t again_event, again_record;  ///< first one that the ground station asked for again
+static uint8_t events_again, records_again; ///< number still to be sent again
 
-static uint32_t beat_ms;
-static bool beats; ///< in this flight
+static uint32_t beat_ms; ///< time of the last heartbeat
+static bool beats;       ///< heartbeats were received in this flight
 
 static bool hello_due;
-static uint8_t hello_epoch;
+static uint8_t hello_epoch; ///< map epoch of the last HELLO
 static uint8_t path_revision;
 static uint8_t path_total;
-static uint8_t path_next; ///< never more than path_total
+static uint8_t path_next; ///< next point to send, at most path_total
 static bool path_due;
-static wire_event_t event;
+static wire_event_t event; ///< being sent
 static bool event_due;
 
 static bool send(const wire_message_t *message) {
@@ -61,7 +61,7 @@ static const wire_ack_t *past_ack(const wire_command_t *command) {
   return NULL;
 }
 
-/** A repeated command acts once, also if others came between; it is acknowledged again. */
+/** A repeated command acts only once, even if others came in between; it is acknowledged again. */
 static void on_command(nav_t *nav, const wire_command_t *command) {
   const wire_ack_t *ack = command->cmd != MISSION_CMD_NONE ? past_ack(command) : NULL;
   if (ack == NULL) {
@@ -85,7 +85,7 @@ static void on_waypoints(nav_t *nav, const wire_waypoints_t *waypoints) {
   acknowledge(waypoints->sequence, reason);
 }
 
-/** Sticks come many times a second: only what is wrong with one is told. */
+/** Stick packets arrive many times a second, so only refusals are acknowledged. */
 static void on_steer(nav_t *nav, const wire_steer_t *stick) {
   const mission_reason_t reason =
       app_selftest_running() ? MISSION_SELF_TEST : nav_steer(nav, stick);
@@ -127,7 +127,7 @@ static bool on_ask(const wire_ask_t *ask) {
   return true;
 }
 
-/** @return false if the drone does not take such a message */
+/** @return false if the message was refused or is not for the drone */
 static bool on_message(nav_t *nav, const wire_message_t *message) {
   switch ((wire_type_t)message->type) {
   case WIRE_HELLO:
@@ -183,7 +183,8 @@ void app_link_receive(nav_t *nav) {
   }
 }
 
-/** The ground cannot read the map without it: sent also when the map was made anew. */
+/** Send HELLO when asked, and whenever a new map was made: without it the ground station cannot
+ *  decode the map. */
 static void send_hello(const nav_t *nav) {
   const wire_message_t hello = {.type = WIRE_HELLO, .body.hello = nav_hello(nav)};
   if (hello.body.hello.epoch != hello_epoch) {
@@ -195,7 +196,7 @@ static void send_hello(const nav_t *nav) {
   }
 }
 
-/** One piece a call; a new route, or none any more, begins from its start. */
+/** Send one packet of the route; a new route is sent from its start, an empty one as such. */
 static void send_route(const route_t *route) {
   if (route->revision != path_revision || route->count != path_total) {
     path_revision = route->revision;
@@ -229,7 +230,7 @@ static void tell(const wire_event_t *told) {
   }
 }
 
-/** One event waits here until it is sent; without a client none waits. */
+/** Send the next event, kept until there is room for it. Without a client it is discarded. */
 static void send_event(nav_t *nav, bool connected) {
   if (!event_due && nav_take_event(nav, &event)) {
     tell(&event);
@@ -250,7 +251,8 @@ static void send_event_again(const nav_t *nav) {
   }
 }
 
-/** What is asked for goes before what is new: the ground waits with the rest. */
+/** Send history records. Those asked for again go first, as the ground station holds the later ones
+ *  back until it has them. */
 static void send_history(void) {
   wire_message_t message = {.type = WIRE_HISTORY};
   const bool again = records_again > 0;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file app_link.h  The app channel: commands and questions in, answers, route and events out.
- *  Nothing blocks. What finds no room in the transmit queue is counted, and sent later where the
- *  ground cannot ask for it again. */
+/** @file app_link.h  The app channel: commands and requests in; answers, route and events out.
+ *
+ *  Nothing blocks. What finds no room in the transmit queue is counted as dropped; it is sent later
+ *  unless the ground station can ask for it again.
+ */
 #ifndef APP_LINK_H
 #define APP_LINK_H
 
@@ -9,12 +11,12 @@
 
 #include "nav.h"
 
-/** Take all packets that wait. */
+/** Handle all packets that wait. */
 void app_link_receive(nav_t *nav);
-/** Somebody is there. A ground that has sent heartbeats in this flight is there while it beats:
- *  without them any client counts, cfclient and plain scripts too. */
+/** Is a ground station connected? One that has sent heartbeats in this flight must go on doing so;
+ *  otherwise any client counts, such as cfclient or a plain cflib script. */
 bool app_link_ground_alive(void);
-/** Send what is due: at most a few packets. */
+/** Send what is due, a few packets at most. */
 void app_link_send(nav_t *nav);
 
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** The app's task: read, think, act, tell, sleep. */
+/* The app's task: read sensors, run nav, send setpoint and telemetry, sleep. */
 #include "FreeRTOS.h"
 #include "app.h"
 #include "app_command.h"
@@ -16,10 +16,9 @@
 #include "usec_time.h"
 
 enum {
-  NAV_MAX_BYTES = 21504, ///< of the 22,528 that core and app may have
-  PERIOD_MS = 20,
-  REST_MS =
-      2, ///< at least, also after a tick that took too long: only the idle task feeds the watchdog
+  NAV_MAX_BYTES = 21504, ///< share of nav_t in the 22,528 bytes of static RAM for core and app
+  PERIOD_MS = 20,        ///< of a tick
+  REST_MS = 2, ///< sleep, even after a tick that took too long: the idle task feeds the watchdog
 };
 
 static nav_t nav;
@@ -50,10 +49,10 @@ static void tick(void) {
   app_status_time((uint32_t)(usecTimestamp() - start_us), planning);
 }
 
-/** In place of a tick: nav is lent, commands are refused. */
+/** Tick of the self-test, which borrows nav; commands are refused meanwhile. */
 static void test_tick(void) {
   nav_input_t unused;
-  app_sensors_read(&unused); // the estimator is watched all the time
+  app_sensors_read(&unused); // keeps watching whether the estimator has settled
   take_command();
   app_link_receive(&nav);
   if (app_selftest_step()) {
@@ -61,7 +60,7 @@ static void test_tick(void) {
   }
 }
 
-/** Sleep to the next multiple of the period. */
+/** Sleep until one period after the last wake-up, but REST_MS at least. */
 static void wait(TickType_t *wake, TickType_t period_ms) {
   const TickType_t latest = xTaskGetTickCount() + M2T(REST_MS) - M2T(period_ms);
   if ((int32_t)(latest - *wake) > 0) {

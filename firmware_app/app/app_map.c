@@ -8,24 +8,23 @@
 
 enum {
   RING_PIECES = 4,
-  REFILL_PIECES = 2, ///< a call: as many as the fastest log block takes in 20 ms
+  REFILL_PIECES = 2, ///< per call: as many as the fastest log block takes in 20 ms
   VARIABLES = 7,
 };
 
 static uint8_t ring[RING_PIECES][WIRE_MAP_BYTES];
-static _Atomic uint8_t written; ///< pieces ever; only the app's loop changes it
-static _Atomic uint8_t taken;   ///< pieces ever; only the getters change it
-static uint8_t taken_before;    ///< at the last refill
+static _Atomic uint8_t written; ///< total of pieces, modulo 256; only the app's loop changes it
+static _Atomic uint8_t taken;   ///< likewise; only the getters change it
+static uint8_t taken_before;    ///< value of `taken` at the last refill
 
-static uint8_t current[WIRE_MAP_BYTES];
-static uint32_t current_ms;
-static uint8_t sampled =
-    (1u << VARIABLES) - 1u; ///< variables of the current piece that were sampled
+static uint8_t current[WIRE_MAP_BYTES];          ///< the piece that is being sampled
+static uint32_t current_ms;                      ///< time stamp of its first sample
+static uint8_t sampled = (1u << VARIABLES) - 1u; ///< bit mask of its variables that were sampled
 
 _Static_assert(256 % RING_PIECES == 0, "the counters wrap with the ring");
 
-/** One piece more than were taken since the last call waits: with a slow log block a piece is never
- *  older than its period. */
+/** Keep one piece more in the ring than was taken since the last call: enough for the block's rate,
+ *  and with a slow block no piece is older than the block's period. */
 void app_map_refill(nav_t *nav) {
   const uint8_t now = taken;
   const int wanted = (uint8_t)(now - taken_before) + 1;
@@ -40,10 +39,10 @@ void app_map_refill(nav_t *nav) {
   }
 }
 
-/** All variables of one sample have the same time stamp. A variable that was sampled before from
- *  this piece asks for the next one: so a piece stays whole although its variables are spread over
- *  log blocks, which are sampled one after the other. If none is ready the last one is told again.
- */
+/** Bytes of the piece that a sample belongs to. All variables of one sample of a block have the
+ *  same time stamp. A variable that was already sampled from the current piece asks for the next
+ *  one; so a piece stays whole even if its variables are spread over several blocks, which are
+ *  sampled one after the other. If no piece is ready, the current one is sent again. */
 static const uint8_t *piece_at(uint32_t timestamp, unsigned byte) {
   const uint8_t variable = (uint8_t)(1u << byte / 4u);
   if ((sampled & variable) != 0 && timestamp != current_ms && written != taken) {
@@ -56,7 +55,7 @@ static const uint8_t *piece_at(uint32_t timestamp, unsigned byte) {
   return current + byte;
 }
 
-/** The getters carry their offset in the piece in place of a pointer. */
+/** Getters. Their data is the byte offset in the piece instead of a pointer. */
 static uint32_t word32(uint32_t timestamp, void *offset) {
   const uint8_t *byte = piece_at(timestamp, (unsigned)(uintptr_t)offset);
   return byte[0] | (uint32_t)byte[1] << 8 | (uint32_t)byte[2] << 16 | (uint32_t)byte[3] << 24;
@@ -78,7 +77,7 @@ static logByFunction_t m6 = {.acquireUInt16 = word16, .data = (void *)24};
 /**
  * The map as a stream of pieces. All seven variables belong into one log block: each sample of the
  * block carries the next piece, 26 bytes in the order m0 to m6, least significant byte first.
- * Blocks of one period that share them tell one piece too; see core/wire.h for what is in it.
+ * Blocks of one period that share the variables carry one piece too. Contents: core/wire.h.
  */
 LOG_GROUP_START(waymap)
 /**

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /** @file app_map.h  The map stream: log group `waymap`.
- *  Log variables are sampled in another task. The app's loop prepares pieces in a ring, the getters
- *  take them out: one producer, one consumer, and the grid is touched by the app alone. */
+ *
+ *  Log variables are sampled in another task. The app's loop puts pieces into a ring and the
+ *  variables' getters take them out: one producer, one consumer. Only the app touches the grid.
+ */
 #ifndef APP_MAP_H
 #define APP_MAP_H
 

@@ -13,7 +13,7 @@
 
 static const float RAD_PER_DEG = 0.01745329252f;
 
-/** In the units of the parameters. No padding: copies are compared byte by byte. */
+/** Values of the parameters, in their units. Without padding, as copies are compared bytewise. */
 typedef struct {
   float height, speed, clearance, yaw_rate_dps;
   float area_x0, area_y0, area_x1, area_y1;
@@ -22,7 +22,7 @@ typedef struct {
   uint8_t unused[3];
 } values_t;
 
-/** The same numbers as nav_config_default(): a client that asks for defaults gets these. */
+/** As in nav_config_default(). A client that asks for a parameter's default gets these. */
 #define DEFAULTS                                                                                   \
   {                                                                                                \
     .height = 0.4f, .speed = 0.5f, .clearance = 0.17f, .yaw_rate_dps = 40.0f, .area_x0 = -3.2f,    \
@@ -35,17 +35,17 @@ static values_t wanted = DEFAULTS;
 static values_t accepted;
 
 static uint8_t cmd;
-static paramVarId_t cmd_id; ///< looked up once: the firmware compares names one by one
+static paramVarId_t cmd_id; ///< looked up once, as the firmware compares all names
 static float goal_x, goal_y;
 static _Atomic uint8_t pending_cmd;
 static atomic_bool changed = true;
 
 static uint8_t selftest;
-static atomic_bool selftest_asked = true; ///< what was stored counts at the start
+static atomic_bool selftest_asked = true; ///< at the start the stored value requests it
 
 typedef enum { NUMBER, DEGREES, CHOICE } kind_t;
 
-/** Where a value is here, and where in the core's configuration. */
+/** Place of a value in values_t and in the core's configuration. */
 typedef struct {
   const char *name;
   kind_t kind;
@@ -90,7 +90,7 @@ static size_t size_of(const tunable_t *tunable) {
   return tunable->kind == CHOICE ? sizeof(uint8_t) : sizeof(float);
 }
 
-/** One value to the core's configuration. Enumerations there may be wider than here. */
+/** Copy one value to the core's configuration, where enumerations may be wider. */
 static void hand_over(const tunable_t *tunable, const values_t *values, nav_config_t *cfg) {
   const uint8_t *from = (const uint8_t *)values + tunable->offset;
   uint8_t *to = (uint8_t *)cfg + tunable->core_offset;
@@ -119,7 +119,7 @@ void app_params_init(nav_t *nav) {
   changed = true;
 }
 
-/** If refused, all is as before. */
+/** Try a set of values; if it is refused, the configuration stays as it was. */
 static mission_reason_t offer(nav_t *nav, const values_t *values) {
   to_config(values, &nav->cfg);
   const mission_reason_t reason = nav_configure(nav, &nav->cfg);
@@ -131,7 +131,7 @@ static mission_reason_t offer(nav_t *nav, const values_t *values) {
   return reason;
 }
 
-/** Write the accepted value back, which also tells the client. */
+/** Set a parameter back to its accepted value, which also tells the client. */
 static void put_back(const tunable_t *tunable) {
   const paramVarId_t id = paramGetVarId("way", tunable->name);
   const uint8_t *value = (const uint8_t *)&accepted + tunable->offset;
@@ -152,7 +152,7 @@ static bool is_new(const values_t *all, const tunable_t *tunable) {
   return memcmp(wanted_value, (const uint8_t *)&accepted + tunable->offset, size_of(tunable)) != 0;
 }
 
-/** Offer one of all the values that are wanted, beside those accepted so far. */
+/** Try one of the wanted values together with those accepted so far. */
 static mission_reason_t offer_one(nav_t *nav, const values_t *all, const tunable_t *tunable) {
   values_t trial = accepted;
   memcpy((uint8_t *)&trial + tunable->offset, (const uint8_t *)all + tunable->offset,
@@ -199,7 +199,7 @@ bool app_params_take_selftest(void) {
   return atomic_exchange(&selftest_asked, false) && selftest != 0;
 }
 
-/** All run in the task that received the value. */
+/** Callbacks: they run in the task that received the value. */
 static void on_change(void) {
   changed = true;
 }
@@ -215,16 +215,15 @@ static void on_selftest(void) {
 }
 
 /**
- * Find a way through an unknown room: commands and tuning. The map frame has its origin and its x
- * axis where the drone took off. A value that is not a number or out of range is refused: it reads
- * back unchanged, and the console says why. Tuning can be stored and then lasts.
+ * Autonomous flight through unknown rooms: commands and tuning. The map frame has its origin and
+ * its x axis at the pose of the first take-off. A value that is not a number or out of range is
+ * refused: it reads back unchanged, and the console says why. Tuning can be stored.
  */
 PARAM_GROUP_START(way)
 /**
- * @brief A write commands: 1 take off, 2 go to goalX/goalY, 3 explore, 4 return home, 5 land,
- * 6 hold here, 7 scan (a quarter turn), 8 forget the map, 9 find itself in the map, 10 spin, 11 fly
- * along the way points, 12 patrol along them. Reads 0 once taken; log way.refused tells the
- * answer.
+ * @brief Command: 1 take off, 2 go to goalX/goalY, 3 explore, 4 return home, 5 land, 6 hold here,
+ * 7 scan (stop and look: a quarter turn), 8 forget the map, 9 relocalise in the map, 10 spin,
+ * 11 fly along the waypoints, 12 patrol them. Reads 0 once taken; log way.refused has the answer.
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_UINT8, cmd, &cmd, on_command)
 /**
@@ -244,12 +243,12 @@ PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, height, &wanted.height, 
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, speed, &wanted.speed, on_change)
 /**
- * @brief Distance of the drone's centre from obstacles, its radius included,
+ * @brief Distance that routes keep from obstacles, measured from the drone's centre,
  * 0.08 to 0.5 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, clearance, &wanted.clearance, on_change)
 /**
- * @brief Heading: 0 face the way it flies, 1 keep heading, 2 turn steadily at yawRate
+ * @brief Heading: 0 face the direction of flight, 1 keep heading, 2 turn steadily at yawRate
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, yawMode, &wanted.yaw_mode, on_change)
 /**
@@ -265,7 +264,7 @@ PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, planner, &wanted.planner
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, slam, &wanted.slam, on_change)
 /**
- * @brief Smallest x of the area that is explored and never left, in the map,
+ * @brief Geofence: smallest x of the area that is explored and never left, in the map,
  * -30 to 30 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaX0, &wanted.area_x0, on_change)
@@ -282,54 +281,53 @@ PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaX1, &wanted.area_x1,
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, areaY1, &wanted.area_y1, on_change)
 /**
- * @brief Exploring: 0 the frontier that shows most for its way, 1 the nearest, 2 random points
+ * @brief Exploring: 0 the frontier with the best gain for its distance, 1 the nearest frontier,
+ * 2 random points
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, frontier, &wanted.frontier, on_change)
 /**
- * @brief When the ground is silent: 0 go on, 1 hold, 2 return home, 3 land
+ * @brief When the ground station is silent: 0 go on, 1 hold, 2 return home, 3 land
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, lost, &wanted.lost, on_change)
 /**
- * @brief How long the ground may be silent, 0.5 to 600 [s]
+ * @brief Silence of the ground station after which way.lost applies, 0.5 to 600 [s]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lostTime, &wanted.lost_time, on_change)
 /**
- * @brief Battery voltage that is left when it is home again, as far as can be foreseen; below
- * lowBat - 0.15 it lands where it is. 2.8 to 4.2 [V]
+ * @brief Battery voltage to be left on arrival at home, as far as can be predicted; below
+ * lowBat - 0.15 the drone lands at once. 2.8 to 4.2 [V]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lowBat, &wanted.low_battery, on_change)
 /**
- * @brief Side of a grid cell, taken when the next map is made, 0.02 to 0.5 [m]
+ * @brief Side of a grid cell; takes effect when the next map is made, 0.02 to 0.5 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, cell, &wanted.cell, on_change)
 /**
- * @brief It flies only where it has looked within this time, else it turns and looks,
+ * @brief The drone flies only where it has looked within this time, and stops to look elsewhere,
  * 1 to 3600 [s]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lookAge, &wanted.look_age, on_change)
 /**
- * @brief Distance that it keeps from whoever walks up to it; 0: they are as any wall,
+ * @brief Distance kept from people and things that approach; 0: they are treated as walls,
  * 0 to 1.5 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, yield, &wanted.yield, on_change)
 /**
- * @brief It looks so far to the left and to the right while it hovers or flies face forward,
- * 0 to 60 [deg]
+ * @brief Yaw sweep to each side while the drone hovers or flies face forward, 0 to 60 [deg]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, watch, &wanted.watch_deg, on_change)
 /**
- * @brief It flies only where so much to both sides of the way was observed,
+ * @brief The drone flies only where this much on both sides of the route was observed,
  * 0 to 0.5 [m]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, lookWidth, &wanted.look_width, on_change)
 /**
- * @brief Turns of a spin, counter-clockwise if positive,
- * -20 to 20 [turns]
+ * @brief Turns of a spin; positive is counter-clockwise, -20 to 20 [turns]
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, turns, &wanted.turns, on_change)
 /**
- * @brief Not 0: test at the start, and when written on the ground without a map, that this drone
- * computes what a PC computes; takes some seconds. Log way.selfState tells
+ * @brief Not 0: self-test whether this drone computes the same bits as a PC, at the start and when
+ * written on the ground without a map; takes some seconds. Result in log way.selfState
  */
 PARAM_ADD_WITH_CALLBACK(PARAM_UINT8 | PARAM_PERSISTENT, selftest, &selftest, on_selftest)
 PARAM_GROUP_STOP(way)

@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file app_params.h  Parameter group `way`: what the user tunes, and one way to command.
- *  Parameters are written by another task at any time. Here they are looked at between two ticks: a
- *  value that the core refuses is put back, and the client is told the old value. */
+/** @file app_params.h  Parameter group `way`: tuning, and commands by parameter.
+ *
+ *  Parameters are written by another task at any time and applied between two ticks. A value that
+ *  the core refuses is set back, which tells the client.
+ */
 #ifndef APP_PARAMS_H
 #define APP_PARAMS_H
 
 #include "nav.h"
 
-/** Begin with the default configuration; values that differ are offered by app_params_apply. Again
- * whenever somebody else has used nav. */
+/** Initialise nav with the default configuration; app_params_apply() then applies what differs.
+ *  To be called again after the self-test has used nav. */
 void app_params_init(nav_t *nav);
-/** Hand changed values to the core. */
+/** Give changed values to the core. */
 void app_params_apply(nav_t *nav);
-/** @return true if way.cmd was written; it reads 0 again then */
+/** @return true if way.cmd was written; it then reads 0 again */
 bool app_params_take_command(nav_command_t *command);
-/** @return true if way.selftest asks for one: after the start, or since it was written */
+/** @return true if way.selftest requests a test: at the start, or since it was written */
 bool app_params_take_selftest(void);
 
 #endif

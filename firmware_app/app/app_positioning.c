@@ -13,27 +13,28 @@
 #include "debug.h"
 
 enum {
-  LIGHTHOUSE_MEASURES = 2, ///< lighthouse.status: sent to the estimator, looked at each 200 ms
-  SILENT_MS = 500,
+  LIGHTHOUSE_MEASURES = 2, ///< lighthouse.status: angles go to the estimator; updated each 200 ms
+  SILENT_MS = 500,         ///< a system silent for this long no longer measures
 };
 
-/** Variance of an axis. The estimator begins with 100 m2, flow alone never lowers it. */
+/** Position variance per axis below which the estimator follows a positioning system. It starts
+ *  with 100 m2, and flow alone never lowers it. */
 static const float BELIEVED_BELOW_M2 = 0.09f;
-/** The estimator's own limits. */
+/** The estimator's own limits of a variance. */
 static const float VARIANCE_MIN = 1.0e-6f;
 static const float VARIANCE_MAX = 100.0f;
-/** Of the variance, from one tick to the next: flow lowers it less. */
+/** Fall of the variance from one tick to the next that shows a measurement: flow lowers it less. */
 static const float FELL = 0.99f;
-/** The estimator is moved by no more at once. */
+/** Largest correction of the estimate at once: 3 degrees for the yaw. */
 static const float STEP_M = 0.10f;
 static const float STEP_RAD = 0.052f;
 
 static logVarId_t variance, yaw_variance, lighthouse_status, received;
 static paramVarId_t loco_deck;
-static uint16_t received_tick;
-static uint32_t received_ms, fell_ms; ///< 0: never
-static float variance_before_m2;
-static uint8_t said; ///< nav_positioning_t that the console was told
+static uint16_t received_tick;        ///< locSrvZ.tick of the last external position
+static uint32_t received_ms, fell_ms; ///< external position, fall of the variance; 0: never
+static float variance_before_m2;      ///< in the previous tick
+static uint8_t said;                  ///< nav_positioning_t last printed on the console
 
 void app_positioning_init(void) {
   variance = logGetVarId("kalman", "varX");
@@ -56,7 +57,7 @@ static bool lately(uint32_t time_ms) {
   return time_ms != 0 && T2M(xTaskGetTickCount()) - time_ms < SILENT_MS;
 }
 
-/** Loco has no log variable that tells in all its modes: whatever lowers the variance measures. */
+/** No log variable shows in all modes whether Loco measures: a falling variance does. */
 static void watch_variance(float variance_m2) {
   if (variance_m2 < FELL * variance_before_m2) {
     fell_ms = T2M(xTaskGetTickCount());
@@ -98,14 +99,15 @@ nav_positioning_t app_positioning_now(void) {
   return now;
 }
 
-/** So much that the estimator, as sure as it is, moves by no more than most. */
+/** Largest innovation by which the estimator moves `most` at most: its Kalman gain is P / (P + R),
+ *  with P its variance and R = sd^2. */
 static float longest(float most, float estimate_variance, float sd) {
   return most * (1.0f + sd * sd / (estimate_variance + VARIANCE_MIN));
 }
 
-/** Position and yaw apart, not as one pose: a pose would measure roll and pitch too, which SLAM
- * knows nothing of, and in axes of the world, which mm_pose.c takes for the body's. The height is
- * the estimate's own. */
+/** Feed the estimator with position and yaw separately, not as one pose: a pose would measure roll
+ *  and pitch too, which SLAM does not know, and about the world's axes, which mm_pose.c takes for
+ *  the body's. The height is the estimate's own. */
 static void tell(const nav_fix_t *fix, float height_m) {
   const float most_m = longest(STEP_M, variance_of(variance), fix->sd_m);
   const float most_rad = longest(STEP_RAD, variance_of(yaw_variance), fix->sd_rad);
@@ -126,7 +128,8 @@ static void tell(const nav_fix_t *fix, float height_m) {
   estimatorEnqueueYawError(&yaw);
 }
 
-/** Where Loco might measure its word alone counts: it could not be told from ours. */
+/** With a Loco deck the estimator is not fed: Loco is recognised by a falling variance, which our
+ *  corrections would cause too. */
 void app_positioning_tell(nav_t *nav) {
   nav_fix_t fix;
   if (nav_take_fix(nav, &fix) && !loco_attached()) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file app_selftest.h  Does this chip compute what a PC computes? Asked by parameter
- * way.selftest, answered by the log variables way.selfState and way.selfHash, and in words. */
+/** @file app_selftest.h  Self-test: does this chip compute the same bits as a PC?
+ *
+ *  Requested by parameter way.selftest; the result is in the log variables way.selfState and
+ *  way.selfHash, and on the console.
+ */
 #ifndef APP_SELFTEST_H
 #define APP_SELFTEST_H
 
@@ -8,11 +11,11 @@
 
 #include "nav.h"
 
-/** Begin if it is asked for. Refused in the air and once there is a map, because it borrows nav. */
+/** Start the test if it is requested. Refused in the air and once there is a map: it uses nav. */
 void app_selftest_begin(nav_t *nav);
-/** Nobody else may use nav meanwhile. */
+/** Is the test running? Nothing else may use nav meanwhile. */
 bool app_selftest_running(void);
-/** One tick of the test. @return true when it is done: nav must be initialised anew */
+/** Run one tick of the test. @return true when it is done: nav must then be initialised again */
 bool app_selftest_step(void);
 
 #endif

@@ -27,19 +27,20 @@ enum {
   SOURCE_GYRO = SOURCE_RANGE + SCAN_RANGES,
   SOURCE_FLOW,
   SOURCES,
-  RANGE_NOTHING_MM = 8000, ///< from here on nothing was seen; 32767 is said so
-  SETTLE_MS = 1000,
-  FLOW_FEATURES_MIN = 10, ///< that the flow sensor sees; with less its motion is noise
+  RANGE_NOTHING_MM = 8000, ///< values from here on are no return; the firmware uses 32767
+  SETTLE_MS = 1000,        ///< low variances for this long: the estimator has settled
+  FLOW_FEATURES_MIN = 10,  ///< features on the floor below which the flow is noise
 };
 
 static const float RAD_PER_DEG = 0.01745329252f;
 static const float M_PER_MM = 0.001f;
-/** Variance of the velocity [(m/s)^2]. A Flow deck reaches about 0.002 on the ground and 0.02 at 1
- * m; without flow it grows to the larger one within seconds. */
+/** Variance of the velocity [(m/s)^2] below which the estimator settles, and above which it is no
+ *  longer settled. With a Flow deck it is about 0.002 on the ground and 0.02 at a height of 1 m;
+ *  without flow it exceeds LOST_ABOVE within seconds. */
 static const float SETTLED_BELOW = 0.05f;
 static const float LOST_ABOVE = 0.1f;
 
-/** A log variable and the flag that cannot be given without it. */
+/** A log variable, and the flag that is never set without it. */
 static const struct {
   const char *group;
   const char *name;
@@ -69,9 +70,9 @@ static const struct {
 static logVarId_t ids[SOURCES];
 static paramVarId_t flow_deck;
 static paramVarId_t ranger_deck;
-static uint8_t missing; ///< nav_flag_t that can never be given
+static uint8_t missing; ///< of nav_flag_t: flags that can never be set
 static bool settled;
-static uint32_t unsettled_ms; ///< when the estimator was last seen moving
+static uint32_t unsettled_ms; ///< last time a variance was too large
 
 static paramVarId_t find_deck(const char *name, uint8_t flag) {
   const paramVarId_t id = paramGetVarId("deck", name);
@@ -109,7 +110,7 @@ static bool attached(paramVarId_t deck) {
   return PARAM_VARID_IS_VALID(deck) && paramGetUint(deck) != 0;
 }
 
-/** Settled once the variances were small for a while, until one is large (or not a number). */
+/** Settled once all variances were small for SETTLE_MS, until one is large or not a number. */
 static bool estimator_settled(uint32_t time_ms) {
   const float limit = settled ? LOST_ABOVE : SETTLED_BELOW;
   for (int axis = 0; axis < 3; axis++) {

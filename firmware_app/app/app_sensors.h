@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file app_sensors.h  From the firmware's log variables, parameters and supervisor to
- * nav_input_t. Millimetres and degrees end here. */
+/** @file app_sensors.h  Fills nav_input_t from log variables, parameters and the supervisor.
+ *
+ *  Millimetres and degrees are converted to SI units here.
+ */
 #ifndef APP_SENSORS_H
 #define APP_SENSORS_H
 
 #include "nav.h"
 
-/** Look everything up once. What is missing is named on the console, and flying is refused. */
+/** Look up all sources once. Missing ones are named on the console, and flying is refused. */
 void app_sensors_init(void);
+/** Read the input of this tick. */
 void app_sensors_read(nav_input_t *input);
 
 #endif

@@ -6,12 +6,12 @@
 #include "supervisor.h"
 #include "task.h"
 
-enum { ZEROS_MS = 3000 }; ///< the supervisor believes in flight for 2 s after the motors stopped
+enum { ZEROS_MS = 3000 }; ///< the supervisor reports flight for 2 s after the motors stopped
 
 static const float DEG_PER_RAD = 57.29577951f;
 
-static bool holding; ///< the vehicle is ours
-static TickType_t motors_on;
+static bool holding;         ///< our priority is active in the commander
+static TickType_t motors_on; ///< last time the motors were on
 
 static setpoint_t hover(const nav_setpoint_t *wanted) {
   setpoint_t setpoint = {0};

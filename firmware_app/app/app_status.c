@@ -53,7 +53,7 @@ void app_status_count_bad(void) {
   bad++;
 }
 
-/** Each sample begins a new search for the worst. */
+/** Longest tick since the last sample; each sample starts over. */
 static uint32_t take_worst(uint32_t timestamp, void *data) {
   (void)data;
   if (timestamp != worst_read_ms) {
@@ -67,13 +67,13 @@ static uint32_t take_worst(uint32_t timestamp, void *data) {
 static logByFunction_t tick = {.acquireUInt32 = take_worst};
 
 /**
- * The state of the mission, the pose in the map and what the computation costs. The map frame has
- * its origin and its x axis where the drone took off.
+ * State of the mission, pose in the map and cost of the computation. The map frame has its origin
+ * and its x axis at the pose of the first take-off.
  */
 LOG_GROUP_START(way)
 /**
  * @brief Mission state: 0 idle, 1 take-off, 2 scan, 3 plan, 4 follow, 5 avoid, 6 hover, 7 return,
- * 8 land, 9 fault, 10 finding itself, 11 spin
+ * 8 land, 9 fault, 10 relocalise, 11 spin
  */
 LOG_ADD(LOG_UINT8, state, &shown.state)
 /**
@@ -81,8 +81,8 @@ LOG_ADD(LOG_UINT8, state, &shown.state)
  */
 LOG_ADD(LOG_UINT8, fault, &shown.fault)
 /**
- * @brief What the flight is for: 0 nothing, 1 go to, 2 explore, 3 home, 4 spin, 5 fly along the way
- * points, 6 patrol
+ * @brief Task of the flight: 0 none, 1 go to, 2 explore, 3 home, 4 spin, 5 fly along the
+ * waypoints, 6 patrol
  */
 LOG_ADD(LOG_UINT8, task, &shown.task)
 /**
@@ -106,9 +106,8 @@ LOG_ADD(LOG_FLOAT, yaw, &yaw_deg)
  */
 LOG_ADD(LOG_UINT8, conf, &shown.confidence)
 /**
- * @brief What the pose comes from: 0 odometry alone, 1 SLAM, 2 SLAM that also feeds the estimator,
- * 3 Lighthouse, 4 Loco, 5 positions sent from the ground (motion capture). From 3 on SLAM stands
- * aside
+ * @brief Source of the map pose: 0 odometry alone, 1 SLAM, 2 SLAM that also feeds the estimator,
+ * 3 Lighthouse, 4 Loco, 5 positions sent from the ground (motion capture). From 3 on SLAM is off
  */
 LOG_ADD(LOG_UINT8, source, &shown_source)
 /**
@@ -144,15 +143,15 @@ LOG_ADD_BY_FUNCTION(LOG_UINT32, tickUs, &tick)
  */
 LOG_ADD(LOG_UINT16, drops, &drops)
 /**
- * @brief App channel packets from the ground that made no sense
+ * @brief App channel packets from the ground that were invalid or refused
  */
 LOG_ADD(LOG_UINT16, bad, &bad)
 /**
- * @brief Self-test: 0 not run, 1 running, 2 computes what a PC does, 3 something else
+ * @brief Self-test: 0 not run, 1 running, 2 computes the same as a PC, 3 computes something else
  */
 LOG_ADD(LOG_UINT8, selfState, &self_state)
 /**
- * @brief What the self-test computed: one number for all decisions
+ * @brief Hash of all decisions in the self-test
  */
 LOG_ADD(LOG_UINT32, selfHash, &self_hash)
 LOG_GROUP_STOP(way)

@@ -7,10 +7,10 @@
 
 #include "ray.h"
 
-static const float COORDINATE_MAX = 4096.0f;
+static const float COORDINATE_MAX = 4096.0f; ///< [cells]; farther points count as blocked
 
-/** Rows and half widths of the disc: cells whose squares come nearer than radius to a square in the
- * middle. */
+/** The disc by which an occupied cell is inflated: all cells whose square comes nearer than the
+ * radius to the square of the middle cell. */
 static void make_disc(clearance_t *clearance, float radius_cells) {
   for (int dy = 0; dy <= CLEARANCE_REACH_MAX; dy++) {
     float gap_y = dy > 1 ? (float)(dy - 1) : 0.0f;
@@ -65,7 +65,7 @@ void clearance_mark(clearance_t *clearance, grid_t *grid) {
   memset(grid->changed_rows, 0, sizeof grid->changed_rows);
 }
 
-/** Everything outside the fence. */
+/** Cells of row iy that lie outside the geofence. */
 static void outside_fence(const clearance_t *clearance, int iy, uint32_t bits[GRID_BIT_WORDS]) {
   bool row_inside = iy >= clearance->fence_y0 && iy <= clearance->fence_y1;
   grid_columns(clearance->fence_x0, clearance->fence_x1, bits);

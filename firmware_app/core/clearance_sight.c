@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("O2", "fp-contract=off")
-/* Lines of sight and corners, row by row of bits: a row that a segment crosses costs one masked
- * word or two, however many cells it is wide there. */
+/* Lines of sight and corners on whole rows of bits: each row that a segment crosses usually costs
+ * one or two masked words, however many of its cells the segment crosses. */
 #include "clearance.h"
 
 enum {
-  HIGH_BITS = 16, ///< positions between rows are followed in 1/65,536 cell
+  HIGH_BITS = 16, ///< x at the borders between rows is computed in 1/65,536 cell
   FINE_BITS = HIGH_BITS - LATTICE_BITS,
   LAST_COLUMN = GRID_SIDE_CELLS - 1,
 };
 
-/** Any of the columns first..last of a row. */
+/** True if any of the columns first..last of the row is blocked. */
 static bool any_blocked(const uint32_t row[GRID_BIT_WORDS], int first, int last) {
   int at = first >> 5;
   int end = last >> 5;
@@ -30,7 +30,7 @@ static bool any_blocked(const uint32_t row[GRID_BIT_WORDS], int first, int last)
   return (row[end] & to) != 0u;
 }
 
-/** Columns of a row between two positions in 1/65,536 cell and a margin. */
+/** True if a cell of row iy is blocked between x0 and x1 [1/65,536 cell], widened by the margin. */
 static bool row_blocked(const clearance_t *clearance, int iy, int32_t x0, int32_t x1) {
   const int32_t margin = CLEARANCE_MARGIN_STEPS << FINE_BITS;
   int first = ((x0 < x1 ? x0 : x1) - margin) >> HIGH_BITS;
@@ -53,7 +53,8 @@ bool clearance_sees(const clearance_t *clearance, lattice_t a, lattice_t b) {
   if (iy == last) {
     return !row_blocked(clearance, iy, x, end);
   }
-  // How far it goes sideways in a row, and up to the first border between two rows.
+  // x at the first border between two rows, and the step in x from one border to the next. As |dx|
+  // is less than 2^15, the products fit into 32 bits.
   int32_t dx = b.x - a.x;
   int32_t dy = b.y - a.y;
   int32_t in_first = LATTICE_PER_CELL - (a.y & (LATTICE_PER_CELL - 1));

@@ -4,15 +4,12 @@
 
 #include <math.h>
 
-static const float SEARCH_AHEAD_M =
-    0.6f; ///< how far the nearest point of the route may run ahead in one tick
-static const float SLEW_S =
-    0.3f; ///< the velocity may change by accel times this against the present one
-static const float TURN_MIN_RAD = 0.05f; ///< a bend of less is straight
-static const float STOP_GAIN_PER_S =
-    1.5f;                              ///< the last centimetres: speed in proportion to distance
-static const float FACE_MIN_M = 0.05f; ///< a way of less has no direction
-static const float FACING_RAD = 0.2f;  ///< turned so far towards the way, the front beam sees it
+static const float SEARCH_AHEAD_M = 0.6f;  ///< largest advance of progress_m in one tick
+static const float SLEW_S = 0.3f;          ///< accel_mps2 times this bounds the change of velocity
+static const float TURN_MIN_RAD = 0.05f;   ///< smaller bends do not limit the speed
+static const float STOP_GAIN_PER_S = 1.5f; ///< speed per metre left, for the last centimetres
+static const float FACE_MIN_M = 0.05f;     ///< a carrot nearer than this gives no direction
+static const float FACING_RAD = 0.2f;      ///< heading error at which the front beam sees the route
 
 follower_config_t follower_config_default(void) {
   return (follower_config_t){
@@ -37,7 +34,7 @@ static float least(float a, float b) {
   return a < b ? a : b;
 }
 
-/** The point at arc length at_m, the ends beyond. */
+/** Point of the route at arc length at_m, clamped to its ends. */
 static vec2_t point_at(const route_t *route, float at_m) {
   for (int i = 1; i < route->count; i++) {
     vec2_t a = route->points_m[i - 1];
@@ -51,8 +48,8 @@ static vec2_t point_at(const route_t *route, float at_m) {
   return route->points_m[route->count - 1];
 }
 
-/** Move progress to the nearest point of the route, not backwards and not far ahead: routes may
- * pass near themselves. */
+/** Move progress_m to the nearest point of the route; not backwards and not far ahead, because a
+ *  route may pass near itself. */
 static void advance(follower_t *follower, const route_t *route, vec2_t position) {
   float start_m = 0.0f;
   float best_m = vec2_distance(point_at(route, follower->progress_m), position);
@@ -100,8 +97,8 @@ static float yaw_rate(const follower_t *follower, const follower_config_t *cfg, 
   return yaw_towards(cfg, yaw_rad, follower->keep_yaw_rad);
 }
 
-/** The speed at which the bend ahead takes no more than the acceleration across it: it turns from
- * the way to the near carrot to the way on to a far one, over the distance between them. */
+/** Speed at which the bend ahead takes no more than accel_mps2 of lateral acceleration. The bend is
+ *  the angle between the way to the carrot and from there to a second one, over lookahead_m. */
 static float bend_speed_mps(const route_t *route, const follower_config_t *cfg, float at_m,
                             vec2_t near_point) {
   vec2_t first = vec2_sub(near_point, point_at(route, at_m));
@@ -112,7 +109,7 @@ static float bend_speed_mps(const route_t *route, const follower_config_t *cfg, 
                                  : cfg->speed_mps;
 }
 
-/** In face-forward mode, turn first: the beam must see where it flies. */
+/** Share of the speed: in face-forward mode the front beam must first see where the drone flies. */
 static float facing_factor(const follower_config_t *cfg, pose2_t pose, vec2_t direction) {
   if (cfg->yaw_mode != FOLLOWER_YAW_FORWARD) {
     return 1.0f;

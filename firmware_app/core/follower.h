@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file follower.h  Flies along a route: velocity and yaw rate from pose and route. Stage after
- * planning. Pure pursuit (Coulter 1992) with a carrot that moves along the route; speed limited by
- * the bend ahead, the room beside the route and the distance to the stop point. A quadrotor needs
- * no heading to move: yaw is free, and three modes use it. */
+/** @file follower.h  Flies along a route: velocity and yaw rate from pose and route.
+ *
+ *  Pure pursuit (Coulter 1992) of a carrot that moves along the route at the lookahead distance.
+ *  Speed is limited by the bend ahead, the room beside the route and the distance to the stop
+ *  point. A quadrotor flies in any direction with any heading, so the yaw is free for three modes.
+ */
 #ifndef FOLLOWER_H
 #define FOLLOWER_H
 
@@ -13,36 +15,35 @@
 #include "route.h"
 
 typedef enum {
-  FOLLOWER_YAW_FORWARD, ///< face the way it flies
-  FOLLOWER_YAW_KEEP,    ///< keep the heading it had
-  FOLLOWER_YAW_TURN,    ///< turn steadily: the four beams sweep everything
+  FOLLOWER_YAW_FORWARD, ///< face the direction of flight
+  FOLLOWER_YAW_KEEP,    ///< keep the heading that the drone had at the start of the route
+  FOLLOWER_YAW_TURN,    ///< turn steadily, so that the four beams sweep all directions
   FOLLOWER_YAW_MODES,
 } follower_yaw_mode_t;
 
 typedef struct {
   float speed_mps;
-  float accel_mps2; ///< speeding up and braking
-  float lookahead_m;
-  float arrive_m; ///< nearer than this is there
-  float position_gain_per_s;
-  float yaw_gain_per_s;
+  float accel_mps2;          ///< for speeding up, braking and bends
+  float lookahead_m;         ///< of the carrot, along the route
+  float arrive_m;            ///< distance from the stop point that counts as arrived
+  float position_gain_per_s; ///< velocity per metre of error, while holding a pose
+  float yaw_gain_per_s;      ///< yaw rate per radian of error
   float yaw_rate_max_rps;
   float turn_rate_rps; ///< of FOLLOWER_YAW_TURN
-  float
-      stray_s; ///< by this times its speed it may be beside the route, for the age of what it sees
+  float stray_s;       ///< expected cross-track error per speed: the age of the ranges
   follower_yaw_mode_t yaw_mode;
 } follower_config_t;
 
-/** What the map allows just now. */
+/** Limits by the present map. */
 typedef struct {
   float until_m; ///< arc length up to which the route may be flown
-  float room_m;  ///< how far it may be beside the route soon
+  float room_m;  ///< cross-track error that the room just ahead allows
 } follower_limits_t;
 
 typedef struct {
-  float progress_m;   ///< arc length of the nearest point passed
-  float keep_yaw_rad; ///< heading of FOLLOWER_YAW_KEEP
-  float cross_track_m;
+  float progress_m;    ///< arc length of the point of the route nearest to the drone
+  float keep_yaw_rad;  ///< heading of FOLLOWER_YAW_KEEP
+  float cross_track_m; ///< distance from the route
 } follower_t;
 
 typedef struct {
@@ -52,17 +53,18 @@ typedef struct {
 
 typedef enum {
   FOLLOWER_MOVING,
-  FOLLOWER_AT_LIMIT, ///< stopped where the allowed part of the route ends, and looks along it
+  FOLLOWER_AT_LIMIT, ///< at limits.until_m; in face-forward mode also facing along the route
   FOLLOWER_ARRIVED,  ///< at the end of the route
 } follower_status_t;
 
 follower_config_t follower_config_default(void);
+/** Start a new route. */
 void follower_start(follower_t *follower, float yaw_rad);
-/** @param velocity_mps  present velocity, map frame */
+/** One tick along the route. @param velocity_mps  present velocity, map frame */
 follower_status_t follower_step(follower_t *follower, const follower_config_t *cfg,
                                 const route_t *route, pose2_t pose, vec2_t velocity_mps,
                                 follower_limits_t limits, follower_command_t *command);
-/** Stay at a point with a heading. */
+/** Velocity and yaw rate that hold a pose. */
 follower_command_t follower_hold(const follower_config_t *cfg, pose2_t pose, pose2_t post);
 
 #endif

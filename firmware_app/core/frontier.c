@@ -6,13 +6,14 @@
 
 enum {
   RAYS = 16,
-  RAY_ONE = 64,    ///< a step of a ray in the units of its direction
-  GAIN_MAX = 1400, ///< half a disc
-  LOOK_CELLS = 28, ///< a look around takes as long as to fly this far
-  SAME_CELLS = 8,  ///< so near two places are one
+  RAY_BITS = 6, ///< fraction bits of the ray directions: 1/64 cell
+  RAY_HALF = 1 << RAY_BITS >> 1,
+  GAIN_MAX = 1400, ///< bound of the gain of a frontier [cells]: half a disc of radius 30
+  LOOK_CELLS = 28, ///< cost of a look around: it takes as long as flying this far
+  SAME_CELLS = 8,  ///< places closer than this in x and y count as the same
 };
 
-static const float STAY = 1.25f; ///< the last frontier counts so much more
+static const float STAY = 1.25f; ///< factor on the score of the frontier chosen last time
 
 void frontier_vain_add(frontier_vain_t *vain, grid_cell_t cell) {
   vain->ix[vain->next] = (uint8_t)cell.ix;
@@ -43,14 +44,14 @@ void frontier_start(frontier_t *frontier, frontier_mode_t mode, const frontier_v
   frontier->last = last;
 }
 
-/** Sum of the distances of the unobserved cells along a ray: each stands for the more cells, the
- * farther it is. */
+/** Sum of the distances [cells] of the unknown cells along a ray. Distance is the weight, because
+ * the sector that a cell stands for widens with it. */
 static int along_ray(const grid_t *grid, const clearance_t *clearance, grid_cell_t from, int dx,
                      int dy) {
   int sum = 0;
   for (int step = 1; step <= FRONTIER_SIGHT_CELLS; step++) {
-    int ix = from.ix + ((dx * step + RAY_ONE / 2) >> 6);
-    int iy = from.iy + ((dy * step + RAY_ONE / 2) >> 6);
+    int ix = from.ix + ((dx * step + RAY_HALF) >> RAY_BITS);
+    int iy = from.iy + ((dy * step + RAY_HALF) >> RAY_BITS);
     if (clearance_blocked(clearance, ix, iy)) {
       break;
     }
@@ -60,15 +61,17 @@ static int along_ray(const grid_t *grid, const clearance_t *clearance, grid_cell
 }
 
 int frontier_gain(const grid_t *grid, const clearance_t *clearance, grid_cell_t from) {
+  // In 1/RAY_ONE, by ray; three quarters of a turn on it is the sine.
   static const int8_t COSINE[RAYS] = {64,  59,  45,  24,  0, -24, -45, -59,
                                       -64, -59, -45, -24, 0, 24,  45,  59};
   int sum = 0;
   for (int ray = 0; ray < RAYS; ray++) {
     sum += along_ray(grid, clearance, from, COSINE[ray], COSINE[(ray + 3 * RAYS / 4) % RAYS]);
   }
-  return sum * 25 / 64; // 2 pi / 16
+  return sum * 25 / 64; // 25/64 is 2 pi / RAYS, the angle of one sector
 }
 
+/** Rate one frontier, and keep it if it is the best so far. */
 static void rate(frontier_t *frontier, const wavefront_t *wave, const grid_t *grid,
                  const clearance_t *clearance, grid_cell_t cell) {
   if (is_vain(&frontier->vain, cell)) {
@@ -110,6 +113,7 @@ bool frontier_found(const frontier_t *frontier) {
 }
 
 bool frontier_decided(const frontier_t *frontier, const wavefront_t *wave) {
+  // Highest score of a frontier that later waves can meet.
   float at_most = STAY * (float)GAIN_MAX / (float)(wave->waves + LOOK_CELLS);
   return frontier_found(frontier) &&
          (frontier->mode != FRONTIER_GAIN || frontier->score >= at_most);

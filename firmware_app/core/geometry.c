@@ -9,11 +9,13 @@ static const float PI = 3.14159265f;
 static const float TWO_PI = 6.28318531f;
 static const float MAX_ANGLE_RAD = 1000.0f;
 
-// pi/2 in three parts, each exact when multiplied by a small integer (Cody and Waite 1980).
+// pi/2 as the sum of three parts (Cody and Waite 1980). The first two have so few bits that their
+// product with the number of quarter turns, at most 637, is exact.
 static const float HALF_PI_1 = 1.5703125f;
 static const float HALF_PI_2 = 4.837512969970703125e-4f;
 static const float HALF_PI_3 = 7.549789948768648e-8f;
 
+/** sin(r) for |r| <= pi/4. */
 static float sin_kernel(float r) {
   float z = r * r;
   float p = -1.9515295891e-4f * z + 8.3321608736e-3f;
@@ -21,6 +23,7 @@ static float sin_kernel(float r) {
   return p * z * r + r;
 }
 
+/** cos(r) for |r| <= pi/4. */
 static float cos_kernel(float r) {
   float z = r * r;
   float p = 2.443315711809948e-5f * z - 1.388731625493765e-3f;
@@ -38,6 +41,7 @@ sincos_t geometry_sincos(float angle_rad) {
   r = r - quarter * HALF_PI_3;
   float s = sin_kernel(r);
   float c = cos_kernel(r);
+  // 4096 is a multiple of 4 that keeps the number of quarter turns positive.
   switch ((uint32_t)((int32_t)quarter + 4096) & 3u) {
   case 0u:
     return (sincos_t){.sin = s, .cos = c};
@@ -50,6 +54,7 @@ sincos_t geometry_sincos(float angle_rad) {
   }
 }
 
+/** atan(t) for t >= 0. */
 static float atan_positive(float t) {
   float base = 0.0f;
   if (t > 2.41421356f) { // tan(3 pi / 8)
@@ -115,6 +120,11 @@ vec2_t vec2_rotate(vec2_t v, float angle_rad) {
   return (vec2_t){turn.cos * v.x - turn.sin * v.y, turn.sin * v.x + turn.cos * v.y};
 }
 
+vec2_t vec2_towards(float angle_rad) {
+  sincos_t turn = geometry_sincos(angle_rad);
+  return (vec2_t){turn.cos, turn.sin};
+}
+
 float vec2_dot(vec2_t a, vec2_t b) {
   return a.x * b.x + a.y * b.y;
 }
@@ -130,14 +140,6 @@ float vec2_distance(vec2_t a, vec2_t b) {
 vec2_t vec2_limit(vec2_t v, float max_norm) {
   float norm = vec2_norm(v);
   return norm > max_norm ? vec2_scale(v, max_norm / norm) : v;
-}
-
-void vec2_reverse(vec2_t *points, int count) {
-  for (int a = 0, b = count - 1; a < b; a++, b--) {
-    vec2_t swap = points[a];
-    points[a] = points[b];
-    points[b] = swap;
-  }
 }
 
 vec2_t pose2_position(pose2_t pose) {

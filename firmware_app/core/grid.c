@@ -8,22 +8,24 @@
 #include "ray.h"
 
 enum {
-  APART_CELLS = 3, ///< nearer to what lasts, a hit where it was free belongs to that
-  SWEPT = 2,       ///< rays to each side of a beam
+  APART_CELLS = 3, ///< within this of a firm obstacle, a hit belongs to that obstacle
+  SWEPT = 2,       ///< rays of sweep() to each side of the beam's axis
 };
 
-static const float MERGED_M = 0.4f; ///< so far before its echo a sensor tells two things apart
-static const float SWEPT_M = 3.3f;  ///< without an echo
-static const float SWEPT_RAD = 0.02f;
-static const float FAR_CELLS = 1.0e5f;       ///< beyond, a position is not worth tracing
-static const float RANGE_MAX_CELLS = 512.0f; ///< of a beam; no sensor here sees farther
+static const float MERGED_M = 0.4f;    ///< nearer than this before an echo, a sensor may not see a
+                                       ///< second obstacle: sweep() stops there
+static const float SWEPT_M = 3.3f;     ///< length of the rays of sweep() without an echo
+static const float SWEPT_RAD = 0.02f;  ///< between two rays of sweep()
+static const float FAR_CELLS = 1.0e5f; ///< positions farther off than this are not traced
+static const float RANGE_MAX_CELLS = 512.0f; ///< no sensor here measures more
 static const uint32_t OCCUPIED_BITS = 0x88888888u;
 
 grid_config_t grid_config_default(void) {
   return (grid_config_t){
       .hit = 3,
-      .miss = 1,              // three passes undo one hit: newer beats older, noise does not
-      .fan_half_rad = 0.105f, // 6 degrees of the cone's 13.5: what a quarter turn at 10 Hz needs
+      .miss = 1, // three misses undo a hit: newer evidence wins, but one false miss does not
+      .fan_half_rad = 0.105f, // 6 of the cone's 13.5 degrees: a scan turn, 60 deg/s with 10 sets
+                              // a second, leaves no gaps
       .fan_margin_m = 0.15f,
   };
 }
@@ -63,7 +65,7 @@ bool grid_locate(const grid_t *grid, vec2_t point_m, grid_cell_t *cell) {
   return within;
 }
 
-/** Of a cell inside the grid. */
+/** Value of a cell that lies inside the grid. */
 static int value_inside(const grid_t *grid, int ix, int iy) {
   unsigned x = (unsigned)ix;
   return (int)(grid->cells[(unsigned)iy * GRID_ROW_WORDS + x / 8u] >> (x % 8u * 4u) & 15u);
@@ -93,7 +95,8 @@ static void mark_tile(grid_t *grid, int ix, int iy) {
   grid->changed_tiles[tile / 32] |= 1u << (tile % 32);
 }
 
-/** @return true if the cell's state changed */
+/** Write the value of a cell, and keep what is derived from it: the number of known cells, the
+ * obstacle point, changed rows and tiles. @return true if the cell's state changed */
 static bool put(grid_t *grid, int ix, int iy, int value) {
   int before = grid_value(grid, ix, iy);
   uint32_t *word = &grid->cells[iy * GRID_ROW_WORDS + ix / 8];
@@ -134,11 +137,11 @@ void grid_doubt(grid_t *grid, int value_max) {
   }
 }
 
-grid_echo_t grid_judge(const grid_t *grid, vec2_t end_m, int reach_cells) {
+grid_echo_t grid_classify_echo(const grid_t *grid, vec2_t end_m, int reach_cells) {
   grid_cell_t cell;
   grid_echo_t judged = GRID_ECHO_STRANGE;
   if (!grid_locate(grid, end_m, &cell)) {
-    return GRID_ECHO_UNTOLD;
+    return GRID_ECHO_UNEXPLAINED;
   }
   for (int iy = cell.iy - reach_cells; iy <= cell.iy + reach_cells; iy++) {
     for (int ix = cell.ix - reach_cells; ix <= cell.ix + reach_cells; ix++) {
@@ -146,17 +149,19 @@ grid_echo_t grid_judge(const grid_t *grid, vec2_t end_m, int reach_cells) {
       if (value >= GRID_OCCUPIED_MIN && grid_firm(grid, ix, iy)) {
         return GRID_ECHO_FAMILIAR;
       }
-      judged = value == GRID_UNKNOWN ? GRID_ECHO_UNTOLD : judged;
+      judged = value == GRID_UNKNOWN ? GRID_ECHO_UNEXPLAINED : judged;
     }
   }
   return judged;
 }
 
+/** Count a hit. An unknown cell starts from the greatest value that means free. An obstacle that
+ * appears in a free cell, with no firm one near, may be passing. */
 static bool add_hit(grid_t *grid, grid_cell_t cell, vec2_t point_m) {
   int before = grid_value(grid, cell.ix, cell.iy);
   int value = (before == GRID_UNKNOWN ? GRID_OCCUPIED_MIN - 1 : before) + grid->cfg.hit;
   bool comes = state_of(before) == GRID_CELL_FREE && state_of(value) == GRID_CELL_OCCUPIED &&
-               grid_judge(grid, point_m, APART_CELLS) != GRID_ECHO_FAMILIAR;
+               grid_classify_echo(grid, point_m, APART_CELLS) != GRID_ECHO_FAMILIAR;
   bool changed = put(grid, cell.ix, cell.iy, value < GRID_VALUE_MAX ? value : GRID_VALUE_MAX);
   if (state_of(value) == GRID_CELL_OCCUPIED) {
     grid_points_add(grid, cell, point_m, comes);
@@ -165,17 +170,18 @@ static bool add_hit(grid_t *grid, grid_cell_t cell, vec2_t point_m) {
   return changed;
 }
 
+/** Count a miss. An unknown cell starts as in add_hit(). */
 static bool add_miss(grid_t *grid, int ix, int iy) {
   int value = grid_value(grid, ix, iy);
   value = (value == GRID_UNKNOWN ? GRID_OCCUPIED_MIN - 1 : value) - grid->cfg.miss;
   return put(grid, ix, iy, value > GRID_FREE_MIN ? value : GRID_FREE_MIN);
 }
 
-/** What one measured set does to the grid, while it is being worked in. */
+/** A set of ranges while it is being drawn. */
 typedef struct {
-  vec2_t from_cells;
-  grid_cell_t ends[SCAN_BEAMS]; ///< cells in which beams ended; ix -1 where none did
-  int changed;
+  vec2_t from_cells;            ///< the drone's position
+  grid_cell_t ends[SCAN_BEAMS]; ///< cells in which the beams ended; ix is -1 without an echo
+  int changed;                  ///< cells whose state changed
 } insertion_t;
 
 static bool is_end(const insertion_t *insertion, int ix, int iy) {
@@ -187,8 +193,8 @@ static bool is_end(const insertion_t *insertion, int ix, int iy) {
   return false;
 }
 
-/** Clear along one ray. Rays off the axis leave occupied cells alone: the cone's edge is weak
- * evidence. Cells that are as free as can be, which most are, cost nothing more. */
+/** Clear the cells along one ray. Rays off the axis leave occupied cells alone: the cone's edge is
+ * weak evidence. Most cells have the least value already and are skipped, which saves time. */
 static void clear_ray(grid_t *grid, insertion_t *insertion, vec2_t to_cells, bool axis) {
   ray_t ray = ray_start(insertion->from_cells, to_cells);
   do {
@@ -210,7 +216,7 @@ static vec2_t ray_end(const grid_t *grid, const insertion_t *insertion, float an
   return vec2_add(insertion->from_cells, (vec2_t){direction.cos * cells, direction.sin * cells});
 }
 
-/** Free space of one beam: the axis, and rays beside it close enough to leave no gap. */
+/** Clear the free space of one beam: its axis, and rays beside it close enough to leave no gap. */
 static void clear_fan(grid_t *grid, insertion_t *insertion, float angle_rad, float range_m) {
   clear_ray(grid, insertion, ray_end(grid, insertion, angle_rad, range_m), true);
   float side_m = range_m - grid->cfg.fan_margin_m;
@@ -226,7 +232,8 @@ static void clear_fan(grid_t *grid, insertion_t *insertion, float angle_rad, flo
   }
 }
 
-/** What little speaks for, and what is near nothing that lasts, goes where a beam looks past it. */
+/** Clear occupied cells up to to_m along a beam where no firm obstacle is near: what few hits
+ * support and a beam sees past was noise or has gone. */
 __attribute__((noinline)) static void sweep(grid_t *grid, insertion_t *insertion, float angle_rad,
                                             float to_m) {
   for (int i = -SWEPT; i <= SWEPT && to_m > 0.0f; i++) {
@@ -235,14 +242,14 @@ __attribute__((noinline)) static void sweep(grid_t *grid, insertion_t *insertion
     do {
       vec2_t place_m = grid_centre_m(grid, (grid_cell_t){ray.ix, ray.iy});
       if (grid_value(grid, ray.ix, ray.iy) >= GRID_OCCUPIED_MIN &&
-          grid_judge(grid, place_m, APART_CELLS) != GRID_ECHO_FAMILIAR) {
+          grid_classify_echo(grid, place_m, APART_CELLS) != GRID_ECHO_FAMILIAR) {
         insertion->changed += add_miss(grid, ray.ix, ray.iy);
       }
     } while (ray_next(&ray));
   }
 }
 
-/** Beam is in the mask, and its range is one. */
+/** True if the beam is in the mask and its range is plausible. */
 static bool has_beam(const grid_t *grid, const scan_frame_t *frame, int mask, int beam) {
   float cells = frame->range_m[beam] * grid->cells_per_m;
   return (mask >> beam & 1) != 0 && cells >= 0.0f && cells < RANGE_MAX_CELLS;
@@ -277,7 +284,7 @@ int grid_insert(grid_t *grid, const scan_frame_t *frame, pose2_t map_pose) {
   return insertion.changed;
 }
 
-/** The lowest bits of the eight nibbles of a word, packed into one byte. */
+/** Pack the lowest bits of a word's eight nibbles into one byte. */
 static uint32_t pack_nibbles(uint32_t word) {
   word &= 0x11111111u;
   word = (word | word >> 3) & 0x03030303u;
@@ -298,7 +305,7 @@ void grid_occupied_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]
   }
 }
 
-/** The lowest `count` bits of a word, count of any size. */
+/** A word with its lowest `count` bits set; count may be negative or exceed 32. */
 static uint32_t low_bits(int count) {
   return count <= 0 ? 0u : count >= 32 ? ~0u : (1u << count) - 1u;
 }

@@ -1,26 +1,33 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
 /* Obstacle points: a 4-way set-associative table of 16-bit entries.
- * Entry: bits 0-5 place in the cell in eighths (x low), 6-11 tag, 12-14 standing, 15 in use.
+ *
+ * Entry: bits 0-5 position in the cell in eighths (x low), 6-11 tag, 12-14 standing, 15 in use.
  * The 14-bit cell index is scrambled by a bijection; its upper 8 bits choose the set, the lower 6
- * are the tag, so an entry names its cell exactly; the bijection's inverse gives the cell back.
- * Standing: from LASTING on the hits that the mean remembers. Below it stands something that may be
- * passing: met in this round of grid_fade, or only in the one before; and that for the first or the
- * second round. What is met in a third round lasts, what is not met in a whole round is gone. */
+ * are the tag. So an entry names its cell exactly, and the inverse of the bijection recovers it.
+ *
+ * Standing, from LASTING up: number of hits, 1 to 4, that weigh in the mean position. Below
+ * LASTING the obstacle may be passing: it appeared in a free cell. A round of grid_fade() takes
+ * such an obstacle through these standings:
+ *
+ *   created -> MET --end of round--> MISSED --hit--> MET_AGAIN --end of round--> MISSED_AGAIN
+ *
+ * A hit in MISSED_AGAIN, that is in a third round, makes it LASTING. At the end of a round, an
+ * obstacle still in MISSED or MISSED_AGAIN is removed. */
 #include "grid.h"
 
 enum {
   TAG_BITS = 6,
   PLACE_MASK = 0x3F,
-  MIDDLE = 4 << 3 | 4, ///< as near to it as a place can be
+  MIDDLE = 4 << 3 | 4, ///< the eighths nearest to the middle of a cell
   STANDING_SHIFT = 12,
   STANDING_MASK = 7,
-  MISSED = 0,       ///< in this round so far, for the first time
-  MISSED_AGAIN = 1, ///< after two rounds in which it was met
-  MET = 2,          ///< in this round
-  MET_AGAIN = 3,    ///< in this round, and in the one before
-  LASTING = 4,      ///< from here on: one hit and more
-  STANDING_MAX = 7, ///< four hits
+  MISSED = 0,       ///< not hit yet in this round, hit in the round before
+  MISSED_AGAIN = 1, ///< not hit yet in this round, hit in the two rounds before
+  MET = 2,          ///< hit in this round
+  MET_AGAIN = 3,    ///< hit in this round and in the one before
+  LASTING = 4,      ///< one hit
+  STANDING_MAX = 7, ///< four hits or more
   IN_USE = 0x8000,
   UNSCRAMBLE = 0x258D, ///< inverse of the factor in scrambled(), modulo GRID_CELLS
 };
@@ -31,12 +38,12 @@ static uint32_t scrambled(grid_cell_t cell) {
   return (index * 0x2545u) & (GRID_CELLS - 1u);
 }
 
-/** The cell of an entry. */
+/** Recover the cell of an entry from its set and tag. */
 static grid_cell_t cell_of(int entry_index, uint32_t point) {
   uint32_t set = (uint32_t)(entry_index / GRID_POINT_WAYS);
   uint32_t key = set << TAG_BITS | (point >> TAG_BITS & PLACE_MASK);
   uint32_t index = key * UNSCRAMBLE & (GRID_CELLS - 1u);
-  index ^= index >> 7; // undoes itself: the upper half of the 14 bits was left as it was
+  index ^= index >> 7; // its own inverse: the upper 7 of the 14 bits stay as they are
   return (grid_cell_t){(int)(index % GRID_SIDE_CELLS), (int)(index / GRID_SIDE_CELLS)};
 }
 
@@ -57,14 +64,14 @@ static int find(const grid_t *grid, grid_cell_t cell) {
   return -1;
 }
 
-/** The cell of a passing thing is free again, as it was. */
+/** Remove a passing obstacle: its cell is free again, as it was before. */
 static void forget(grid_t *grid, int i) {
   grid_cell_t cell = cell_of(i, grid->points[i]);
   grid_set_value(grid, cell.ix, cell.iy, GRID_FADED);
 }
 
-/** Room in a set: an unused entry, else the one with the least standing is given up; what may be
- * passing goes with its cell. */
+/** Index of an entry of the set that may be overwritten: an unused one, else the one with the least
+ * standing. If its obstacle may be passing, the cell becomes free too. */
 static int make_room(grid_t *grid, uint32_t set_index) {
   int first = (int)set_index * GRID_POINT_WAYS;
   int least = first;
@@ -82,10 +89,12 @@ static int make_room(grid_t *grid, uint32_t set_index) {
   return least;
 }
 
+/** Position within the cell `whole`, in eighths, 0..7. */
 static uint32_t eighths(float cells, int whole) {
   return (uint32_t)geometry_clamp((cells - (float)whole) * 8.0f, 0.0f, 7.0f);
 }
 
+/** Mean of the old position, which has this weight, and one more hit, rounded to nearest. */
 static uint32_t mean(uint32_t old, uint32_t hit, uint32_t weight) {
   return (old * weight + hit + (weight + 1u) / 2u) / (weight + 1u);
 }
@@ -95,7 +104,7 @@ static uint16_t entry(uint32_t key, uint32_t x, uint32_t y, uint32_t standing) {
                     x);
 }
 
-/** After one more hit. */
+/** Standing after one more hit. */
 static uint32_t raised(uint32_t standing) {
   switch (standing) {
   case MISSED:

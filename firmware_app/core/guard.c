@@ -5,36 +5,36 @@
 #include <math.h>
 
 enum {
-  COMING_SETS = 3, ///< in a row: no noise comes nearer so often
-  DOUBTED = 8,     ///< so restless, a beam tells of no comer
-  JUMP_SETS = 2,   ///< a jump counts as much as so many sets without
+  COMING_SETS = 3, ///< sets in a row with an approaching echo: more than noise
+  DOUBTED = 8,     ///< restless score at which a beam no longer reports approaching obstacles
+  JUMP_SETS = 2,   ///< added to the score by a jump; each set without one takes 1 off
 };
 
-static const float NOTHING_M = 100.0f;
-static const float NEVER_S = 1000.0f;
-static const float WATCHED_M = 2.0f;   ///< farther away nothing is a comer
-static const float UNTOLD_M = 0.75f;   ///< nor what the map merely does not explain
-static const float STEADY_RAD = 0.04f; ///< a set turned more against the one before tells no rate
-static const float SET_S = 0.3f;       ///< nor does one that comes later
-static const float DOUBT_S = 0.3f;     ///< so long a set that none has confirmed is doubted
-static const float COMING_MPS = 0.2f;  ///< slower than this is noise
-static const float STAYING_MPS = 0.1f; ///< slower than this for so long, it is as good as a wall,
-static const float STAYS_S = 3.0f;     ///< but that nobody goes nearer to it
-static const float MOVED_M = 0.3f;     ///< farther from where it was met, it does not stay
-static const float RUNNING_MPS = 2.5f; ///< faster is another thing in the beam
-static const float SAME_M = 0.5f;      ///< so near to where it was met, it is the same comer
-static const float RESTLESS_M = 1.2f;
-static const float JUMP_M = 0.2f;      ///< from a set to the next
-static const float FALL_M = 0.25f;     ///< likewise, nearer than anybody runs
-static const float SLIP_GAIN = 0.3f;   ///< a set's share
-static const float AHEAD_S = 0.5f;     ///< so long it is thought to go on coming
-static const float STANDING = 0.6f;    ///< of the distance, kept from one that stands still
-static const float ONCE_MORE_M = 0.1f; ///< farther than this beyond the distance the retreat ends
-static const float YIELD_GAIN_PER_S = 1.5f;
-static const float ROOM_M = 0.8f;     ///< more room is not better
-static const float AWAY_M = 0.8f;     ///< of room are worth it to go straight away, not aside
-static const float SAME_WAY_M = 0.2f; ///< and to go on as before
-static const float TOWARDS = -0.3f;   ///< a way whose cosine is less goes towards the comer
+static const float NOTHING_M = 100.0f;    ///< range that stands for no return
+static const float NEVER_S = 1000.0f;     ///< age that stands for never
+static const float WATCHED_M = 2.0f;      ///< range within which obstacles may count as approaching
+static const float UNEXPLAINED_M = 0.75f; ///< a nearer echo may be of an unmapped wall
+static const float STEADY_RAD = 0.04f;    ///< largest turn between two sets that are compared
+static const float SET_S = 0.3f;          ///< largest time between two sets that are compared
+static const float DOUBT_S = 0.3f;        ///< time that an unconfirmed fall in range is doubted
+static const float COMING_MPS = 0.2f;     ///< slowest approach; below is noise
+static const float STAYING_MPS = 0.1f; ///< an obstacle that approaches more slowly may have stopped
+static const float STAYS_S = 3.0f;     ///< slower than STAYING_MPS for this long: it has stopped
+static const float MOVED_M = 0.3f;     ///< an obstacle that moved farther than this has moved on
+static const float RUNNING_MPS = 2.5f; ///< fastest approach; above, the beam hit something else
+static const float SAME_M = 0.5f;      ///< echoes within this distance are of the same obstacle
+static const float RESTLESS_M = 1.2f;  ///< range within which jumps of a beam are counted
+static const float JUMP_M = 0.2f;      ///< change between two sets that is a jump
+static const float FALL_M = 0.25f;     ///< largest plausible fall in a set: RUNNING_MPS for 0.1 s
+static const float SLIP_GAIN = 0.3f;   ///< weight of one set in slip_mps
+static const float AHEAD_S = 0.5f;     ///< an approach is extrapolated for this long at most
+static const float STANDING = 0.6f;    ///< share of yield_m kept from one that does not approach
+static const float ONCE_MORE_M = 0.1f; ///< hysteresis: a retreat ends this much beyond yield_m
+static const float YIELD_GAIN_PER_S = 1.5f; ///< retreat speed per metre that it is too near
+static const float ROOM_M = 0.8f;           ///< more room than this has no further worth
+static const float AWAY_M = 0.8f;     ///< worth of retreating straight away, as metres of room
+static const float SAME_WAY_M = 0.2f; ///< worth of keeping the direction, as metres of room
+static const float TOWARDS = -0.3f;   ///< directions with a smaller cosine approach the obstacle
 
 guard_config_t guard_config_default(void) {
   return (guard_config_t){
@@ -75,8 +75,7 @@ static float level_range(const float *range_m, int beam) {
   return range_m[beam] >= 0.0f && range_m[beam] < NOTHING_M ? range_m[beam] : NOTHING_M;
 }
 
-/** Unit vector away from the centre of what is near, each beam weighing by how far it lies within
- * `within_m`. */
+/** Unit vector away from what is nearer than within_m, each beam weighted by how much nearer. */
 static vec2_t away_from_near(const float *range_m, float within_m) {
   vec2_t away = {0.0f, 0.0f};
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
@@ -89,9 +88,8 @@ static vec2_t away_from_near(const float *range_m, float within_m) {
   return norm > 1.0e-4f ? vec2_scale(away, 1.0f / norm) : (vec2_t){0.0f, 0.0f};
 }
 
-/** Take out of a velocity what goes too fast in one direction, in which there is that much room:
- * the body still stops in time if v reaction + v^2 / (2 brake) <= room. @return true if it was
- * slowed */
+/** Limit the velocity's component in one direction so that the body stops within room_m:
+ *  v reaction_s + v^2 / (2 brake_mps2) <= room_m. @return true if it was slowed */
 static bool limit(const guard_config_t *cfg, vec2_t direction, float room_m, vec2_t *velocity_mps) {
   float t = cfg->reaction_s;
   float most_mps =
@@ -104,7 +102,7 @@ static bool limit(const guard_config_t *cfg, vec2_t direction, float room_m, vec
   return true;
 }
 
-/** Likewise towards each beam's obstacle, to stop stop_m before it. */
+/** Likewise along each beam, to stop stop_m before its obstacle. */
 static bool slow_down(const guard_config_t *cfg, const float *range_m, float stop_m,
                       vec2_t *velocity_mps) {
   bool slowed = false;
@@ -119,14 +117,15 @@ static float seconds(uint32_t now_ms, uint32_t then_ms) {
   return (float)(now_ms - then_ms) * 0.001f;
 }
 
+/** May this set be compared with the previous one beam by beam? */
 static bool steady(const guard_t *guard, const scan_frame_t *frame) {
   float turned_rad = geometry_wrap_rad(frame->pose.yaw_rad - guard->seen_from.yaw_rad);
   float elapsed_s = seconds(frame->time_ms, guard->seen_ms);
   return fabsf(turned_rad) < STEADY_RAD && elapsed_s > 0.0f && elapsed_s < SET_S;
 }
 
-/** Does a beam's echo come nearer, faster than the body's own motion explains, walls at 45 degrees
- * beside it included? */
+/** Does a beam's echo come nearer faster than the body's own motion explains? Motion across the
+ *  beam counts in full, as it shortens the range to a wall at 45 degrees by as much. */
 static bool comes(const guard_t *guard, const scan_frame_t *frame, int beam) {
   vec2_t step_m = vec2_sub(pose2_position(frame->pose), pose2_position(guard->seen_from));
   vec2_t direction = vec2_rotate(beam_direction(beam), frame->pose.yaw_rad);
@@ -140,8 +139,9 @@ static float median(float a, float b, float c) {
   return geometry_clamp(c, a < b ? a : b, a < b ? b : a);
 }
 
-/** How much faster odometry is than the body, along each of its axes: what echoes on both sides
- * agree on. */
+/** Update slip_mps along each body axis. The two opposite beams each tell how far the body really
+ *  moved; the median of both and of the present value is low-pass filtered. A single beam counts
+ *  alone. */
 static void note_slip(guard_t *guard, const scan_frame_t *frame) {
   pose2_t step = pose2_compose(pose2_inverse(guard->seen_from), frame->pose);
   const float moved_m[2] = {step.x_m, step.y_m};
@@ -167,8 +167,8 @@ static void note_slip(guard_t *guard, const scan_frame_t *frame) {
   guard->slip_mps = vec2_rotate((vec2_t){slip_mps[0], slip_mps[1]}, frame->pose.yaw_rad);
 }
 
-/** A beam that tells at once of something so near that it would have had to run there: of nothing,
- * perhaps. The next set knows. */
+/** Mark a beam whose range fell farther between two sets than anything runs: it may be a false
+ *  echo, which the next set will tell. */
 static void note_fall(guard_t *guard, int beam, float range_m) {
   float before_m = guard->seen_m[beam];
   bool ran = before_m == 0.0f || before_m - range_m > FALL_M;
@@ -176,7 +176,7 @@ static void note_fall(guard_t *guard, int beam, float range_m) {
   guard->doubtful = (uint8_t)(ran ? guard->doubtful | bit : guard->doubtful & ~bit);
 }
 
-/** Does a beam tell something else near by in every set? */
+/** Score a beam that jumps between near echoes: its sensor may be broken. */
 static void note_jump(guard_t *guard, int beam, float range_m) {
   float before_m = guard->seen_m[beam];
   bool both = before_m > 0.0f && range_m > 0.0f && before_m < RESTLESS_M && range_m < RESTLESS_M;
@@ -188,50 +188,57 @@ static void note_jump(guard_t *guard, int beam, float range_m) {
   }
 }
 
-/** A comer's echo: the same comer goes on, or another one is nearer. How fast it comes is told by a
- * beam that is held on it. */
-static void meet(guard_t *guard, const scan_frame_t *frame, vec2_t echo_m, bool untold) {
+/** Take the echo of an approaching obstacle: of the one known, or of another that replaces it if it
+ *  is nearer and no less certain. Only two sets that can be compared tell its speed. */
+static void meet(guard_t *guard, const scan_frame_t *frame, vec2_t echo_m, bool unexplained) {
   vec2_t here = pose2_position(frame->pose);
-  float elapsed_s = guard->met ? seconds(frame->time_ms, guard->comer_ms) : NEVER_S;
-  float nearer_m = vec2_distance(guard->comer_m, here) - vec2_distance(echo_m, here);
+  float elapsed_s = guard->met ? seconds(frame->time_ms, guard->intruder_ms) : NEVER_S;
+  float nearer_m = vec2_distance(guard->intruder_m, here) - vec2_distance(echo_m, here);
   bool known = elapsed_s < GUARD_REMEMBERED_S;
-  bool same = known && vec2_distance(guard->comer_m, echo_m) < SAME_M;
-  bool less = untold && !guard->untold;
+  bool same = known && vec2_distance(guard->intruder_m, echo_m) < SAME_M;
+  bool less = unexplained && !guard->unexplained;
   if (known && !same && (nearer_m < 0.0f || less)) {
     return;
   }
-  guard->untold = untold && (!same || guard->untold);
+  guard->unexplained = unexplained && (!same || guard->unexplained);
   if (!same) {
-    guard->comer_mps = 0.0f;
+    guard->intruder_mps = 0.0f;
     guard->way = -1;
     guard->met = true;
   } else if (elapsed_s > 0.0f && elapsed_s < AHEAD_S && steady(guard, frame)) {
     float mps = geometry_clamp(nearer_m / elapsed_s, -RUNNING_MPS, RUNNING_MPS);
-    guard->comer_mps += 0.5f * (mps - guard->comer_mps);
+    guard->intruder_mps += 0.5f * (mps - guard->intruder_mps);
   }
   if (!same || vec2_distance(guard->met_m, echo_m) > MOVED_M) {
     guard->met_ms = frame->time_ms;
     guard->met_m = echo_m;
   }
-  guard->comer_m = echo_m;
-  guard->comer_ms = frame->time_ms;
+  guard->intruder_m = echo_m;
+  guard->intruder_ms = frame->time_ms;
 }
 
-/** No single echo is a comer, for some are of nothing: what was there a set before is, and what
- * goes on where a comer was. */
+/** One range in three hundred is a false echo, so a single one is not believed: the previous set
+ *  must have had one nearby, or a known approaching obstacle be there. */
 static bool told_twice(guard_t *guard, uint32_t now_ms, vec2_t echo_m) {
   bool again = seconds(now_ms, guard->hint_ms) < SET_S;
   bool there = again && vec2_distance(guard->hint_m, echo_m) < SAME_M;
-  bool known = guard->met && seconds(now_ms, guard->comer_ms) < GUARD_REMEMBERED_S;
+  bool known = guard->met && seconds(now_ms, guard->intruder_ms) < GUARD_REMEMBERED_S;
   guard->hint_m = echo_m;
   guard->hint_ms = now_ms;
-  return there || (known && vec2_distance(guard->comer_m, echo_m) < SAME_M);
+  return there || (known && vec2_distance(guard->intruder_m, echo_m) < SAME_M);
 }
 
-/** How a beam's echo looks: 2 a comer, 1 near and not explained by the map, 0 nothing of note. */
+/** Is the echo of this beam an implausible fall, and its first jump for a while? The next set will
+ *  tell whether something is there. */
+static bool lone_fall(const guard_t *guard, int beam) {
+  return (guard->doubtful >> beam & 1) != 0 && guard->restless[beam] <= JUMP_SETS;
+}
+
+/** Class of an echo: 2 an approaching obstacle, 1 near and not explained by the map, 0 neither. */
 static int note_of(int judged, int sets, float range_m) {
-  bool comer = judged == GRID_ECHO_STRANGE || (judged == GRID_ECHO_UNTOLD && sets >= COMING_SETS);
-  return comer ? 2 : judged == GRID_ECHO_UNTOLD && range_m < UNTOLD_M;
+  bool intruder =
+      judged == GRID_ECHO_STRANGE || (judged == GRID_ECHO_UNEXPLAINED && sets >= COMING_SETS);
+  return intruder ? 2 : judged == GRID_ECHO_UNEXPLAINED && range_m < UNEXPLAINED_M;
 }
 
 void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *frame,
@@ -261,7 +268,7 @@ void guard_watch(guard_t *guard, const guard_config_t *cfg, const scan_frame_t *
   if (nearest >= 0 && cfg->yield_m > 0.0f) {
     vec2_t offset_m = vec2_scale(beam_direction(nearest), frame->range_m[nearest]);
     vec2_t echo_m = pose2_apply(frame->pose, offset_m);
-    if (told_twice(guard, frame->time_ms, echo_m)) {
+    if (told_twice(guard, frame->time_ms, echo_m) && !lone_fall(guard, nearest)) {
       meet(guard, frame, echo_m, most == 1);
     }
   }
@@ -273,26 +280,27 @@ vec2_t guard_slip(const guard_t *guard, float yaw_rad) {
   return vec2_limit(vec2_rotate(guard->slip_mps, -yaw_rad), GUARD_SLIP_MPS);
 }
 
-bool guard_comer(const guard_t *guard, const scan_odometry_t *body, vec2_t *offset_m) {
-  *offset_m = pose2_apply(pose2_inverse(body->pose), guard->comer_m);
-  return guard->met && seconds(body->time_ms, guard->comer_ms) < GUARD_REMEMBERED_S;
+bool guard_intruder(const guard_t *guard, const scan_odometry_t *body, vec2_t *offset_m) {
+  *offset_m = pose2_apply(pose2_inverse(body->pose), guard->intruder_m);
+  return guard->met && seconds(body->time_ms, guard->intruder_ms) < GUARD_REMEMBERED_S;
 }
 
-/** How much nearer than it should the comer is, or will be when the body answers [m]. */
+/** How much nearer than allowed the approaching obstacle is, or will be once the body responds. */
 static float too_near_m(const guard_t *guard, const guard_config_t *cfg,
                         const scan_odometry_t *body, float distance_m) {
-  float age_s = seconds(body->time_ms, guard->comer_ms);
+  float age_s = seconds(body->time_ms, guard->intruder_ms);
   float ahead_s = (age_s < AHEAD_S ? age_s : AHEAD_S) + cfg->reaction_s;
   float kept_m = STANDING * cfg->yield_m;
-  if (guard->comer_mps > COMING_MPS) {
-    distance_m -= guard->comer_mps * ahead_s;
+  if (guard->intruder_mps > COMING_MPS) {
+    distance_m -= guard->intruder_mps * ahead_s;
     kept_m = cfg->yield_m + (guard->status == GUARD_RETREAT ? ONCE_MORE_M : 0.0f);
   }
   return kept_m - distance_m;
 }
 
-/** The beam to back along: it moves only where a beam looks. Away from the comer, or aside where
- * there is more room; not to and fro. @return -1 if there is no room at all */
+/** Choose the beam to retreat along, as only there the room is measured: straight away, or sideways
+ *  where there is more room, with a preference for the present choice so that it does not
+ *  alternate. @return -1 if there is no room at all */
 static int way_out(const guard_t *guard, const guard_config_t *cfg, const float *range_m) {
   int best = -1;
   float best_m = 0.0f;
@@ -308,21 +316,21 @@ static int way_out(const guard_t *guard, const guard_config_t *cfg, const float 
   return best;
 }
 
-/** Out of the way of the comer as fast as it comes, and faster the nearer it is. */
+/** Retreat velocity: the speed of the approach, and more the nearer the obstacle is. */
 static vec2_t give_way(guard_t *guard, const guard_config_t *cfg, const float *range_m,
                        float near_m) {
   guard->way = (int8_t)way_out(guard, cfg, range_m);
   if (guard->way < 0) {
     return (vec2_t){0.0f, 0.0f};
   }
-  float comes_mps = guard->comer_mps > 0.0f ? guard->comer_mps : 0.0f;
+  float comes_mps = guard->intruder_mps > 0.0f ? guard->intruder_mps : 0.0f;
   float speed_mps = geometry_clamp(comes_mps + YIELD_GAIN_PER_S * near_m, 0.0f, cfg->yield_mps);
   vec2_t velocity_mps = vec2_scale(beam_direction(guard->way), speed_mps);
   slow_down(cfg, range_m, cfg->stop_m, &velocity_mps);
   return velocity_mps;
 }
 
-/** Nearest range of the beams that are not in this mask. */
+/** Nearest level range, beams of the bit mask `without` left out. */
 static float nearest_of(const float *range_m, unsigned without) {
   float nearest_m = NOTHING_M;
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
@@ -340,11 +348,11 @@ vec2_t guard_step(guard_t *guard, const guard_config_t *cfg, const float *range_
   vec2_t offset_m;
   vec2_t towards = {0.0f, 0.0f};
   float room_m = 0.0f;
-  if (guard_comer(guard, body, &offset_m)) {
+  if (guard_intruder(guard, body, &offset_m)) { // retreat from it, or at least fly no nearer to it
     float distance_m = vec2_norm(offset_m) + 1.0e-3f;
     float near_m = too_near_m(guard, cfg, body, distance_m);
     float met_s = seconds(body->time_ms, guard->met_ms);
-    bool stays = guard->untold || (guard->comer_mps < STAYING_MPS && met_s > STAYS_S);
+    bool stays = guard->unexplained || (guard->intruder_mps < STAYING_MPS && met_s > STAYS_S);
     towards = vec2_scale(offset_m, 1.0f / distance_m);
     guard->away = vec2_scale(towards, -1.0f);
     room_m = -near_m;
@@ -352,10 +360,11 @@ vec2_t guard_step(guard_t *guard, const guard_config_t *cfg, const float *range_
       guard->status = GUARD_RETREAT;
       return give_way(guard, cfg, range_m, near_m);
     }
-    if (guard->comer_mps > COMING_MPS || stays) {
+    if (guard->intruder_mps > COMING_MPS || stays) {
       slowed = limit(cfg, towards, room_m, &velocity_mps) || slowed;
     }
   }
+  // back away from anything too near; until confirmed, a doubtful beam only stops the flight
   float bound_m = guard->status == GUARD_RETREAT ? cfg->release_m : cfg->retreat_m;
   bool fresh = seconds(body->time_ms, guard->seen_ms) < DOUBT_S;
   if (nearest_of(range_m, fresh ? guard->doubtful : 0u) < bound_m) {

@@ -4,13 +4,15 @@
 
 #include <math.h>
 
-static const float STEP_M = 0.15f;   ///< between two poses
-static const float WORTH_M = 0.005f; ///< in a tick; less is odometry that SLAM scales
-static const float WORTH_RAD = 0.0045f;
+static const float STEP_M = 0.15f;   ///< distance flown between two pose records
+static const float WORTH_M = 0.005f; ///< smallest correction in a tick worth a record: below it is
+                                     ///< SLAM's own scaling of odometry
+static const float WORTH_RAD = 0.0045f; ///< the same for yaw
 static const float UNIT_PER_M = 1.0e3f;
 static const float UNIT_PER_RAD = 1.0e4f;
 static const float UNIT_MAX = 32767.0f;
 
+/** A value in integer units, `per` of them to one, rounded and saturated. */
 static int16_t units(float value, float per) {
   return (int16_t)floorf(geometry_clamp(value * per, -UNIT_MAX, UNIT_MAX) + 0.5f);
 }
@@ -29,6 +31,8 @@ static void record(history_t *history, const nav_t *nav, wire_record_kind_t kind
   }
 }
 
+/** Record a correction if the map pose differs from `felt`, where odometry alone would have brought
+ * it since the previous tick. */
 static void tell_correction(history_t *history, const nav_t *nav, pose2_t felt) {
   bool found = history->lost && !nav->mission.lost;
   vec2_t off_m = vec2_sub(pose2_position(nav->pose), pose2_position(felt));
@@ -44,7 +48,7 @@ void history_step(history_t *history, const nav_t *nav) {
   pose2_t step = pose2_compose(pose2_inverse(history->odometry), odometry);
   if (nav->mission.lost && !history->lost) {
     record(history, nav, WIRE_RECORD_LOST, nav->pose);
-  } else if (mission_airborne(nav->mission.state)) { // on the ground odometry may begin anew
+  } else if (mission_airborne(nav->mission.state)) { // on the ground odometry may be reset
     tell_correction(history, nav, pose2_compose(history->pose, step));
   }
   history->odometry = odometry;

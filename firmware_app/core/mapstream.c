@@ -4,17 +4,17 @@
 
 #include <string.h>
 
-static const uint32_t EACH = 0x11111111u; ///< lowest bit of each cell of a row
+static const uint32_t EACH = 0x11111111u; ///< the lowest bit of each of a word's eight cells
 
 enum {
   SWEEP_EVERY = 4,
-  WORK_MAX = 64, ///< for a piece: more would take too long
-  MIXED_WORK = 16,
-  DICE_FACTOR = 25173, ///< of a linear congruential generator: the lowest two bits count to 4
+  WORK_MAX = 64,       ///< work spent on a piece, in plain tiles; bounds its computing time
+  MIXED_WORK = 16,     ///< work of a tile that is not plain
+  DICE_FACTOR = 25173, ///< linear congruential generator; its lowest two bits have period 4
   DICE_STEP = 13849,
-  TAKEN_FREE = 4, ///< value of a cell that a piece calls free
-  TAKEN_OCCUPIED = 11,
-  EIGHTHS = 8, ///< of a cell
+  TAKEN_FREE = 4,      ///< value for a free cell of a saved map
+  TAKEN_OCCUPIED = 11, ///< value for an occupied cell of a saved map
+  EIGHTHS = 8,
 };
 
 void mapstream_init(mapstream_t *stream) {
@@ -33,6 +33,7 @@ static int changed_tile(const mapstream_t *stream, const grid_t *grid) {
   return -1;
 }
 
+/** First tile of the next piece. @param sweeps  set if the piece belongs to the sweep */
 static int choose_tile(mapstream_t *stream, const grid_t *grid, bool *sweeps) {
   stream->dice = (uint16_t)(stream->dice * DICE_FACTOR + DICE_STEP);
   int tile = stream->dice % SWEEP_EVERY != 0u ? changed_tile(stream, grid) : -1;
@@ -40,13 +41,14 @@ static int choose_tile(mapstream_t *stream, const grid_t *grid, bool *sweeps) {
   return *sweeps ? stream->sweep : tile;
 }
 
+/** The cell with this row-major index in a tile. */
 static grid_cell_t cell_of(int tile, int index) {
   return (grid_cell_t){
       tile % GRID_TILES_PER_ROW * GRID_TILE_SIDE_CELLS + index % GRID_TILE_SIDE_CELLS,
       tile / GRID_TILES_PER_ROW * GRID_TILE_SIDE_CELLS + index / GRID_TILE_SIDE_CELLS};
 }
 
-/** Eight cells of a tile, four bits each. */
+/** One row of a tile: eight cells, four bits each. */
 static uint32_t row_of(const grid_t *grid, int tile, int row) {
   int iy = tile / GRID_TILES_PER_ROW * GRID_TILE_SIDE_CELLS + row;
   return grid->cells[iy * GRID_ROW_WORDS + tile % GRID_TILES_PER_ROW];
@@ -55,7 +57,7 @@ static uint32_t row_of(const grid_t *grid, int tile, int row) {
 _Static_assert(GRID_TILE_SIDE_CELLS == 8, "a row of a tile is a word of the grid");
 _Static_assert(GRID_TILES == 256, "the number of a tile is a byte and wraps with the grid");
 
-/** All cells unknown, or all free. @return the state, -1 if it is neither */
+/** State of a tile whose cells are all unknown or all free; -1 of any other tile. */
 static int plain(const grid_t *grid, int tile) {
   uint32_t any = 0;
   uint32_t all = EACH;
@@ -70,6 +72,7 @@ static int plain(const grid_t *grid, int tile) {
   return all == EACH && (any & EACH << 3) == 0u ? GRID_CELL_FREE : -1;
 }
 
+/** Read states and obstacle points of a tile from the grid. */
 static void fill(const grid_t *grid, wire_tile_t *tile) {
   memset(tile->eighths, WIRE_NO_POINT, sizeof tile->eighths);
   uint32_t row = 0;
@@ -87,7 +90,7 @@ static void fill(const grid_t *grid, wire_tile_t *tile) {
   }
 }
 
-/** @return work that it took, 0 if the tile does not fit */
+/** Add the next tile to the piece. @return the work that it took, 0 if the tile does not fit */
 static int add(const grid_t *grid, wire_map_t *map, uint8_t first_point) {
   int state = plain(grid, map->tile);
   if (state >= 0) {
@@ -123,11 +126,12 @@ void mapstream_next(mapstream_t *stream, grid_t *grid, uint8_t epoch, uint8_t *b
   memcpy(bytes, map.bytes, WIRE_MAP_BYTES);
 }
 
+/** Middle of an eighth, in cells. */
 static float middle_of(int eighth) {
   return ((float)eighth + 0.5f) / (float)EIGHTHS;
 }
 
-/** A cell's obstacle point, as a piece tells it. */
+/** Add the obstacle point that a piece gives for a cell. */
 static void take_point(grid_t *grid, grid_cell_t cell, int eighths) {
   if (grid_state(grid, cell.ix, cell.iy) == GRID_CELL_OCCUPIED) {
     vec2_t in_cells = {(float)cell.ix + middle_of(eighths % EIGHTHS),

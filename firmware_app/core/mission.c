@@ -2,7 +2,7 @@
 #pragma GCC optimize("fp-contract=off")
 #include "mission.h"
 
-/** What an entry of the table says; 0, what is not written there, is STAY. */
+/** Entries of the table: a state to enter, or a rule that selects it. Default, 0: STAY. */
 enum {
   STAY,
   TO_IDLE,
@@ -17,10 +17,10 @@ enum {
   TO_FAULT,
   TO_RELOCALISE,
   TO_SPIN,
-  BY_TASK,    ///< SPIN or PLAN if there is such a task, else HOVER
+  BY_TASK,    ///< SPIN if that is the task, PLAN for any other task, HOVER without one
   LOOK_AGAIN, ///< SCAN if there is a task, else HOVER
   GO,         ///< RETURN if the task is to go home, else FOLLOW
-  AFTER,      ///< at the end of a route: HOVER, SCAN or LAND by the task
+  AFTER,      ///< at the end of a route: SCAN if exploring, LAND if going home, else HOVER
   END = 0x80, ///< flag: the task is over
 };
 
@@ -180,7 +180,7 @@ static mission_state_t resolve(uint8_t entry, const mission_t *mission) {
   }
 }
 
-/** States in which it acts on the map. */
+/** Does the drone act on the map in this state? Then it must not be lost. */
 static bool needs_pose(mission_state_t state) {
   return state == MISSION_SCAN || state == MISSION_PLAN || state == MISSION_FOLLOW ||
          state == MISSION_RETURN;

@@ -8,14 +8,14 @@
 #include "nav_parts.h"
 
 enum {
-  CLEARANCE_ROWS_PER_TICK = 8,
-  STRANGE_CELLS = 5, ///< with a wall so near, an echo is no surprise
-  STRANGE_BEAMS = 2, ///< at once: nobody stands on two sides
-  ASTRAY = 25,       ///< strange echoes more than familiar ones, in sets in a row
+  CLEARANCE_ROWS_PER_TICK = 8, ///< rows of the clearance layer that are rebuilt
+  STRANGE_CELLS = 5,           ///< an echo within this of a known wall is not strange
+  STRANGE_BEAMS = 2, ///< strange echoes in a set that doubt the pose: a person is on one side only
+  ASTRAY = 25,       ///< excess of strange over familiar echoes at which the pose is lost
 };
 
-static const float MAPPING_HEIGHT_M = 0.2f; ///< lower, the beams see the floor
-static const float ODOMETRY_MAX_M = 1000.0f;
+static const float MAPPING_HEIGHT_M = 0.2f;  ///< below, the beams see the floor
+static const float ODOMETRY_MAX_M = 1000.0f; ///< larger values are garbage
 
 void nav_init(nav_t *nav, const nav_config_t *cfg) {
   if (cfg != &nav->cfg) {
@@ -48,7 +48,8 @@ static bool odometry_usable(const scan_odometry_t *odometry) {
   return sum < ODOMETRY_MAX_M;
 }
 
-/** Take the input, with what is not finite replaced by what was known before. */
+/** Take the input. Odometry and battery voltage that are not usable are replaced by those of the
+ *  previous tick, rates by zero. */
 static void take_input(nav_t *nav, const nav_input_t *input) {
   nav_input_t before = nav->input;
   uint32_t elapsed_ms = input->odometry.time_ms - before.odometry.time_ms;
@@ -72,13 +73,13 @@ static void take_input(nav_t *nav, const nav_input_t *input) {
   nav->input.odometry.pose.yaw_rad = geometry_wrap_rad(nav->input.odometry.pose.yaw_rad);
 }
 
-/** High enough that the beams do not see the floor. */
+/** Is there a map, and does the drone fly high enough that the beams do not see the floor? */
 static bool may_look(const nav_t *nav) {
   return nav->mapped && mission_airborne(nav->mission.state) &&
          nav->input.odometry.height_m > MAPPING_HEIGHT_M;
 }
 
-/** A measured set: to be drawn, or to find out where it is. */
+/** Hand a measured set to relocalisation, or to SLAM and mapping. */
 static void take_set(nav_t *nav, const scan_frame_t *frame) {
   if (nav->mission.state == MISSION_RELOCALISE) {
     reloc_add(&nav->reloc, frame);
@@ -92,8 +93,8 @@ static bool differ(pose2_t a, pose2_t b) {
   return a.x_m != b.x_m || a.y_m != b.y_m || a.yaw_rad != b.yaw_rad;
 }
 
-/** One slice of matching, or one set drawn. @return true if there was something to do: heavy stages
- * take turns, so that their worst cases never meet in one tick */
+/** Run one slice of matching, or draw one pair of beams. @return true if there was something to do;
+ *  planning then waits, so that the worst cases of heavy stages never meet in one tick */
 static bool map_slice(nav_t *nav) {
   scan_frame_t frame;
   pose2_t map_pose = slam_pose(&nav->slam);
@@ -121,7 +122,7 @@ static void report(nav_t *nav) {
   nav->status.task = (uint8_t)nav->mission.task;
 }
 
-/** Somebody has carried it elsewhere if set after set more is strange than familiar. */
+/** Kidnapped in flight? Strange echoes outnumber familiar ones in set after set, on two sides. */
 static void doubt_place(nav_t *nav, const int *echoes) {
   mission_state_t state = nav->mission.state;
   int more = echoes[GRID_ECHO_STRANGE] - echoes[GRID_ECHO_FAMILIAR];
@@ -139,20 +140,22 @@ static void doubt_place(nav_t *nav, const int *echoes) {
   }
 }
 
-/** Look at a set for what comes by itself. A map that cannot be believed says nothing of it. At its
- * post the drone looks closely at all that the map does not explain. */
+/** Search a set for intruders. Without a trusted map every echo is unexplained. With one, an
+ *  unexplained echo counts as strange while the drone rests: it may be a person. */
 static void watch_set(nav_t *nav, const scan_frame_t *frame, pose2_t map_pose) {
   uint8_t judged[SCAN_BEAMS];
   bool rests = nav_rests(nav);
   bool map = nav->slam.enabled && !nav->mission.lost;
   int echoes[GRID_ECHO_STRANGE + 1] = {0, 0, 0};
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
-    sincos_t way = geometry_sincos(map_pose.yaw_rad + scan_bearing_rad(beam));
-    vec2_t reach_m = vec2_scale((vec2_t){way.cos, way.sin}, frame->range_m[beam]);
+    vec2_t way = vec2_towards(map_pose.yaw_rad + scan_bearing_rad(beam));
+    vec2_t reach_m = vec2_scale(way, frame->range_m[beam]);
     vec2_t end_m = vec2_add(pose2_position(map_pose), reach_m);
-    grid_echo_t echo = map ? grid_judge(&nav->grid, end_m, STRANGE_CELLS) : GRID_ECHO_UNTOLD;
+    grid_echo_t echo =
+        map ? grid_classify_echo(&nav->grid, end_m, STRANGE_CELLS) : GRID_ECHO_UNEXPLAINED;
     echoes[echo] += frame->hit >> beam & 1;
-    judged[beam] = (uint8_t)(map && rests && echo == GRID_ECHO_UNTOLD ? GRID_ECHO_STRANGE : echo);
+    judged[beam] =
+        (uint8_t)(map && rests && echo == GRID_ECHO_UNEXPLAINED ? GRID_ECHO_STRANGE : echo);
   }
   guard_watch(&nav->guard, &nav->cfg.guard, frame, judged);
   if (map) {
@@ -175,8 +178,7 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
     nav_check_beams(nav, &frame, map_pose);
     take_set(nav, &frame);
   }
-  bool busy =
-      fresh || map_slice(nav); // a fresh set has the route looked along, which is work enough
+  bool busy = fresh || map_slice(nav); // with a fresh set nav_move() checks the route: work enough
   if (!nav->mission.lost && grid_fade(&nav->grid, nav_now_ms(nav))) {
     clearance_mark(&nav->clearance, &nav->grid);
   }
@@ -185,7 +187,7 @@ nav_setpoint_t nav_step(nav_t *nav, const nav_input_t *input) {
 
   nav_watch(nav);
   if (nav->mission.state == MISSION_RELOCALISE) {
-    nav_look_step(nav);
+    nav_reloc_step(nav);
   } else if (!busy) {
     nav_plan_step(nav);
   }
@@ -221,7 +223,7 @@ bool nav_take_event(nav_t *nav, wire_event_t *event) {
 
 bool nav_past_event(const nav_t *nav, uint16_t sequence, wire_event_t *event) {
   uint16_t ago = (uint16_t)(nav->event_sequence - 1u - sequence);
-  *event = nav->events[sequence % NAV_EVENTS]; // they are put there in turn, from 0 on
+  *event = nav->events[sequence % NAV_EVENTS]; // event n is stored at n % NAV_EVENTS
   return ago < NAV_EVENTS && event->sequence == sequence && event->code != 0;
 }
 

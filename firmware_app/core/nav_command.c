@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* Configuration and commands: what is taken, and why the rest is refused. */
+/* Configuration and commands: what is accepted, and why the rest is refused. */
 #include <math.h>
 #include <string.h>
 
 #include "nav.h"
 #include "nav_parts.h"
 
-enum { KNOWN_MIN_CELLS = 200 /* a smaller map tells nothing of the place */ };
+enum { KNOWN_MIN_CELLS = 200 /* known cells of a map in which relocalisation may succeed */ };
 
 static const float DEG = 0.0174532925f;
-static const float TURN = 6.2831853f; ///< [rad]
+static const float TURN = 6.2831853f; ///< one turn [rad]
 static const float TURNS_MAX = 20.0f;
-static const float AREA_MAX_M = 30.0f;
-static const float SAME_PLACE_M = 1.0e-3f;
-static const float TAKE_OFF_MARGIN_V =
-    0.2f; ///< a battery without load must stand this much above the limit
+static const float AREA_MAX_M = 30.0f;       ///< largest coordinate of the area
+static const float SAME_PLACE_M = 1.0e-3f;   ///< grid centres nearer than this are equal
+static const float TAKE_OFF_MARGIN_V = 0.2f; ///< above low_battery_v, for the sag under load
 
 void nav_config_default(nav_config_t *cfg) {
   cfg->scan = scan_config_default();
@@ -68,7 +67,7 @@ mission_reason_t nav_config_check(const nav_config_t *cfg) {
   return good ? MISSION_OK : MISSION_BAD_VALUE;
 }
 
-/** The grid is where and as fine as the configuration wants it. */
+/** Do centre and cell size of the grid match the configuration? */
 static bool map_fits(const nav_t *nav) {
   const float middle_cells = 0.5f * (float)GRID_SIDE_CELLS;
   vec2_t middle_m = grid_to_metres(&nav->grid, (vec2_t){middle_cells, middle_cells});
@@ -100,7 +99,7 @@ static bool area_usable(const nav_t *nav) {
          (nav->mapped || (width_m <= side_m && depth_m <= side_m));
 }
 
-/** May it leave the ground? */
+/** May the drone take off? */
 static mission_reason_t preflight(const nav_t *nav) {
   uint8_t flags = nav->input.flags;
   if ((flags & NAV_HAS_FLOW) == 0) {
@@ -160,7 +159,7 @@ static mission_reason_t command_waypoints(nav_t *nav, mission_cmd_t cmd) {
   return nav_start_waypoints(nav, cmd == MISSION_CMD_FLY ? MISSION_TASK_FLY : MISSION_TASK_PATROL);
 }
 
-/** Whatever it believed: look for itself in the map. */
+/** Drop the believed pose and relocalise. */
 static mission_reason_t command_relocalise(nav_t *nav) {
   if (nav->grid.known < KNOWN_MIN_CELLS) {
     return MISSION_NO_MAP;

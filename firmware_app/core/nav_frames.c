@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* Three frames. The estimate is what the firmware says; it is pulled about by whoever measures the
- * position, this app among them (way.slam 2). Odometry is the estimate with these pulls taken out:
- * motion and nothing else. The map is tied to odometry by slam. */
+/* Three frames. The estimate is the firmware's stateEstimate; positioning systems pull it about,
+ * and so does this app with way.slam 2. Odometry is the estimate with these pulls taken out: motion
+ * and nothing else. The map frame is tied to odometry by SLAM. */
 #include <math.h>
 
 #include "nav.h"
 #include "nav_parts.h"
 
 enum {
-  TAKEN_TICKS = 2,  ///< after so many the estimator has taken what it was told
-  SETTLE_MS = 1000, ///< positioning that measures so long is believed
-  YAW_YAW = 5,      ///< in the filter's covariance
-  CONFIDENT_PERCENT = 100,
+  TAKEN_TICKS = 2,         ///< ticks within which the estimator applies a fix
+  SETTLE_MS = 1000,        ///< a positioning system that measures for this long is trusted
+  YAW_YAW = 5,             ///< index of the yaw's variance in the filter's covariance
+  CONFIDENT_PERCENT = 100, ///< while a positioning system measures
 };
 
-static const float JUMP_M = 0.5f;      ///< in one tick: no drone does that, an estimator reset does
-static const float PULL_M = 0.01f;     ///< odometry and velocity never differ by so much in a tick
-static const float STILL_RPS = 0.035f; ///< the gyro of a drone that stands still reads less
-static const float SAME_PLACE_M = 0.5f;
-static const float SAME_YAW_RAD = 0.26f;
-/** Successive matches share beams' and map's errors, and the estimator averages over about three:
- * with the variance times this it is never surer than SLAM. */
+static const float JUMP_M = 0.5f;       ///< in one tick: an estimator reset, as no drone does that
+static const float PULL_M = 0.01f;      ///< estimate minus velocity in a tick: more is a pull
+static const float STILL_RPS = 0.035f;  ///< gyro of a drone that stands still, at most
+static const float SAME_PLACE_M = 0.5f; ///< shift up to which a returning system's frame is the old
+static const float SAME_YAW_RAD = 0.26f; ///< turn up to which it is
+/** Factor on the variance of a fix. Successive matches share errors of beams and map, and the
+ *  estimator averages over about three of them: so it is never surer than SLAM. */
 static const float SHARED = 3.0f;
 
 static const pose2_t NOWHERE = {0.0f, 0.0f, 0.0f};
@@ -30,7 +30,7 @@ static bool grounded(const nav_t *nav) {
   return !mission_airborne(nav->mission.state) && (nav->input.flags & NAV_IS_FLYING) == 0;
 }
 
-/** A tick's motion by velocity and gyro, as seen from where it began. */
+/** Motion of this tick by velocity and gyro, in the body frame at its start. */
 static pose2_t felt(const nav_t *nav, float yaw_rad) {
   float turned_rad = nav->input.yaw_rate_rps * nav->tick_s;
   vec2_t moved_m =
@@ -38,15 +38,16 @@ static pose2_t felt(const nav_t *nav, float yaw_rad) {
   return (pose2_t){moved_m.x, moved_m.y, turned_rad};
 }
 
-/** What moves on the ground is the estimate: flow drifts, and the firmware lets its yaw creep back
- * to where it began. Who lifts the drone is noticed elsewhere; a hand may turn it. */
+/** Motion of this tick on the ground: none but the gyro's, for a hand may turn the drone. The
+ *  estimate moves there, as flow drifts and the firmware lets its yaw creep back to where it began.
+ *  Lifting is noticed by nav_watch_lifting(). */
 static pose2_t stands(const nav_t *nav) {
   float rate_rps = nav->input.yaw_rate_rps;
   return (pose2_t){0.0f, 0.0f, fabsf(rate_rps) > STILL_RPS ? rate_rps * nav->tick_s : 0.0f};
 }
 
-/** Did somebody pull the estimate in this tick? Positioning that comes back does so before it says
- * that it measures. */
+/** Was the estimate pulled in this tick, by a fix or a positioning system? One that returns pulls
+ *  before its status says that it measures. */
 static bool pulled(nav_t *nav, pose2_t step, pose2_t by_feel) {
   if (nav->told_ticks > 0) {
     nav->told_ticks--;
@@ -57,8 +58,8 @@ static bool pulled(nav_t *nav, pose2_t step, pose2_t by_feel) {
   return may_come && !nav->aside && vec2_norm(off_m) > PULL_M;
 }
 
-/** Where the estimate is in the map, if positioning measures in the frame it had before. @return
- * false if it never measured, or if that is far from what is believed */
+/** Map pose of the estimate if a positioning system measures in the same frame as it did before.
+ *  @return false if none ever measured, or the pose is far from the believed one */
 static bool measured_place(const nav_t *nav, pose2_t estimate, pose2_t *place) {
   *place = pose2_compose(nav->absolute, estimate);
   float off_m = vec2_distance(pose2_position(*place), pose2_position(nav->pose));
@@ -66,7 +67,7 @@ static bool measured_place(const nav_t *nav, pose2_t estimate, pose2_t *place) {
   return nav->has_absolute && off_m < SAME_PLACE_M && fabsf(off_rad) < SAME_YAW_RAD;
 }
 
-/** From the estimate in nav->input to odometry. @return false if the estimate has jumped */
+/** Convert nav->input from the estimate to odometry. @return false if the estimate has jumped */
 static bool take_out_pulls(nav_t *nav, pose2_t before) {
   pose2_t estimate = nav->input.odometry.pose;
   if (!nav->mapped) {
@@ -92,8 +93,8 @@ pose2_t nav_estimate(const nav_t *nav) {
   return pose2_compose(pose2_inverse(nav->from_estimate), nav->input.odometry.pose);
 }
 
-/** Stand aside for who measures the position, come back when that is gone. Neither moves the drone
- * in the map, unless the map is tied to that frame again. */
+/** Switch SLAM off while a positioning system measures, and on again afterwards. Neither moves the
+ *  drone in the map, except when the map is tied to that system's frame as it was before. */
 static void choose_slam(nav_t *nav, bool smooth) {
   if (nav->input.positioning == NAV_POSITIONING_NONE) {
     nav->unmeasured_ms = nav_now_ms(nav);
@@ -117,7 +118,6 @@ static void choose_slam(nav_t *nav, bool smooth) {
   nav->aside = aside;
 }
 
-/** The map begins where the drone is. */
 void nav_start_slam(nav_t *nav) {
   nav->has_absolute = false;
   slam_init(&nav->slam, &nav->cfg.slam_filter, nav->cfg.slam != NAV_SLAM_OFF && !nav->aside,
@@ -138,7 +138,7 @@ void nav_tie_frames(nav_t *nav, pose2_t odometry_before) {
     slam_tie(&nav->slam, odometry, nav->pose);
   }
   slam_predict(&nav->slam, odometry,
-               grounded(nav) ? 0.0f : nav->tick_s); // no bias turns who stands
+               grounded(nav) ? 0.0f : nav->tick_s); // bias and drift must not move a resting drone
   nav->pose = slam_pose(&nav->slam);
 }
 
@@ -162,7 +162,7 @@ bool nav_take_fix(nav_t *nav, nav_fix_t *fix) {
              mission_airborne(nav->mission.state) && !nav->mission.lost;
   nav->matched = false;
   float yaw_variance = nav->slam.filter.covariance[YAW_YAW];
-  float sd_m = slam_filter_sd_m(&nav->slam.filter); // of both axes together
+  float sd_m = slam_filter_sd_m(&nav->slam.filter); // both axes together
   if (!due || !(yaw_variance > 0.0f) || !(sd_m > 0.0f)) {
     return false;
   }

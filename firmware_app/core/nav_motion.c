@@ -1,43 +1,42 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* From mission states to motion, and from what is met on the way to mission events. */
+/* From mission states to motion, and from what happens on the way to mission events. */
 #include <math.h>
 
 #include "nav.h"
 #include "nav_parts.h"
 
 enum {
-  GLANCES = 3,     ///< sets from one place that tell whether the way ahead is seen
+  GLANCES = 3,     ///< sets measured at the end of the observed route, before a stop-and-look
   STALLS_MAX = 12, ///< retreats without progress before a task is given up
-  LOOK_STALLS = 2, ///< a look counts as so many
+  LOOK_STALLS = 2, ///< weight of a stop-and-look among these; a retreat weighs 1
 };
 
-static const float HEIGHT_REACHED_M = 0.06f;
-static const float LANDED_M = 0.05f;
-static const float LANDED_BELOW_M =
-    -0.3f; ///< setpoint this far under the floor: it must have touched down
-static const float GUARD_HEIGHT_M = 0.15f; ///< lower, the beams see the floor
-static const float PROGRESS_M = 0.25f;     ///< along a route: what counts as progress
-static const float LOOKAHEAD_M = 1.5f; ///< of observed route: more than it takes to stop from 1 m/s
-static const float CLOSEST_M = 0.10f;  ///< propeller tips are 0.07 m out; the map errs too
-static const float CREEP_M = 0.03f;    ///< of room count where there is less
-static const float ROOM_AHEAD_M = 0.5f;
-static const float BLOCKED_MARGIN_M = 0.3f; ///< stop this much before a blocked piece
+static const float HEIGHT_REACHED_M = 0.06f; ///< below the flight height: a take-off is complete
+static const float LANDED_M = 0.05f;         ///< measured height that counts as landed
+static const float LANDED_BELOW_M = -0.3f;   ///< height setpoint at which it must have landed
+static const float GUARD_HEIGHT_M = 0.15f;   ///< below, the beams see the floor
+static const float PROGRESS_M = 0.25f;       ///< advance along a route that counts as progress
+static const float LOOKAHEAD_M = 1.5f;      ///< of route that is checked: enough to stop from 1 m/s
+static const float CLOSEST_M = 0.10f;       ///< propeller tips are 0.07 m out; the rest: map errors
+static const float CREEP_M = 0.03f;         ///< room beside the route that is assumed at least
+static const float ROOM_AHEAD_M = 0.5f;     ///< of route whose room limits the speed
+static const float BLOCKED_MARGIN_M = 0.3f; ///< stop this far before a blocked piece
 static const float QUARTER_RAD = 1.57079633f;
-static const float FACE_GAIN_PER_S = 3.0f;
-static const float FACED_S = 2.0f;   ///< what is not near before so long is left out of sight
-static const float FACED_M = 0.3f;   ///< and this much farther away than it keeps
-static const float FACED_MPS = 0.1f; ///< and what comes more slowly
-static const uint32_t JUDGED_MS = 800u;
-static const float HAND_M = 0.15f;
-static const float HAND_S = 0.5f;    ///< a hand above for so long asks to land
-static const float WATCH_RPS = 1.3f; ///< while it looks to and fro
-static const float SPIN_GAIN_PER_S = 2.0f;
-static const float SPUN_RAD = 0.05f; ///< so near to its end a spin is over
-static const uint32_t STEP_TIMEOUT_MS = 8000u;
-static const uint32_t CALM_MS = 1000u; ///< after a retreat, before it goes on
-static const uint32_t STALL_MS = 10000u;
-static const uint32_t RETRY_MS = 3000u;
+static const float FACE_GAIN_PER_S = 3.0f; ///< yaw rate per radian off an approaching obstacle
+static const float FACED_S = 2.0f;         ///< time ahead for which an approach is extrapolated
+static const float FACED_M = 0.3f; ///< an obstacle that then is this near, beyond yield_m, is faced
+static const float FACED_MPS = 0.1f;           ///< slowest approach that is faced
+static const uint32_t JUDGED_MS = 800u;        ///< a new obstacle is faced this long in any case
+static const float HAND_M = 0.15f;             ///< anything nearer above than this counts as a hand
+static const float HAND_S = 0.5f;              ///< a hand above for this long asks to land
+static const float WATCH_RPS = 1.3f;           ///< yaw rate of the sweep by watch_rad
+static const float SPIN_GAIN_PER_S = 2.0f;     ///< yaw rate per radian left of a spin
+static const float SPUN_RAD = 0.05f;           ///< angle left at which a spin is over
+static const uint32_t STEP_TIMEOUT_MS = 8000u; ///< of a take-off, and of a stop-and-look
+static const uint32_t CALM_MS = 1000u;         ///< without a retreat, before the flight goes on
+static const uint32_t STALL_MS = 10000u;       ///< without progress, before a stop-and-look
+static const uint32_t RETRY_MS = 3000u;        ///< stops within this time count as one
 
 static float ramp(float from, float to, float step) {
   return from + geometry_clamp(to - from, -step, step);
@@ -75,7 +74,7 @@ static follower_command_t turn_around(nav_t *nav) {
   return command;
 }
 
-/** Turning at its post until it has turned as often as it was told. */
+/** Turn at the post until the spin is complete. */
 static follower_command_t spin(nav_t *nav) {
   nav->to_spin_rad -= geometry_wrap_rad(nav->pose.yaw_rad - nav->post.yaw_rad);
   nav->post.yaw_rad = nav->pose.yaw_rad;
@@ -88,9 +87,9 @@ static follower_command_t spin(nav_t *nav) {
   return command;
 }
 
-/** Too many looks and retreats without getting on: give up, say so, hold; exploring, it flies
- * elsewhere; with nothing to do but to give way, it lands. Retreats that follow each other at once
- * are one. @return false if it gave up */
+/** Count a stop without progress. After too many, skip the waypoint, or report STUCK and hold; a
+ *  drone without a task lands, as it is not left in peace. Exploring never gives up here: planning
+ *  chooses another frontier. @return false if it gave up */
 static bool keep_trying(nav_t *nav, uint8_t weight) {
   bool idle = nav->mission.task == MISSION_TASK_NONE;
   if (nav->mission.task == MISSION_TASK_EXPLORE ||
@@ -165,7 +164,7 @@ static follower_status_t steer_along(nav_t *nav, follower_command_t *command) {
                        nav->limits, command);
 }
 
-/** The way ahead is not known, and the sets since it looks there did not tell. */
+/** Has the follower been waiting at the end of the observed route for too many sets? */
 static bool waits_in_vain(nav_t *nav, follower_status_t status, bool fresh) {
   if (status != FOLLOWER_AT_LIMIT) {
     nav->glances = 0;
@@ -190,7 +189,7 @@ static follower_command_t follow(nav_t *nav, bool fresh) {
   return command;
 }
 
-/** While a new route is computed: on along what is still clear of the old one, or hover. */
+/** While a new route is computed: fly on along the clear part of the old one, or hover. */
 static follower_command_t bridge(nav_t *nav, bool fresh) {
   follower_command_t command = follower_hold(&nav->cfg.follower, nav->pose, nav->post);
   if (nav->rolling) {
@@ -218,7 +217,7 @@ static follower_command_t command_of_state(nav_t *nav, bool fresh) {
   case MISSION_PLAN:
     return bridge(nav, fresh);
   case MISSION_RELOCALISE:
-    return nav_look_about(nav);
+    return nav_reloc_move(nav);
   case MISSION_AVOID:
     return (follower_command_t){.velocity_mps = {0.0f, 0.0f}, .yaw_rate_rps = 0.0f};
   case MISSION_HOVER:
@@ -232,6 +231,7 @@ static follower_command_t command_of_state(nav_t *nav, bool fresh) {
   return command;
 }
 
+/** Velocity that the guard allows, body frame, and the events that follow from it. */
 static vec2_t past_guard(nav_t *nav, vec2_t wanted_mps) {
   if (nav->input.odometry.height_m < GUARD_HEIGHT_M) {
     return wanted_mps;
@@ -258,17 +258,17 @@ static vec2_t past_guard(nav_t *nav, vec2_t wanted_mps) {
   return allowed_mps;
 }
 
-/** Turn so that a beam stays on what comes, for between two beams it is not seen: until it is
- * judged, and then as long as it comes or is given way to. */
-static float face_comer(const nav_t *nav, float yaw_rate_rps) {
+/** Turn so that the nearest beam stays on an approaching obstacle, as it is not seen between two
+ *  beams: for JUDGED_MS, and then while it matters or is retreated from. */
+static float face_intruder(const nav_t *nav, float yaw_rate_rps) {
   vec2_t offset_m;
   const guard_t *guard = &nav->guard;
-  if (!guard_comer(guard, &nav->input.odometry, &offset_m)) {
+  if (!guard_intruder(guard, &nav->input.odometry, &offset_m)) {
     return yaw_rate_rps;
   }
   bool judged = nav->mission.state != MISSION_AVOID && nav_now_ms(nav) - guard->met_ms > JUDGED_MS;
-  bool far = vec2_norm(offset_m) - guard->comer_mps * FACED_S > nav->cfg.guard.yield_m + FACED_M;
-  if (judged && (far || guard->comer_mps < FACED_MPS)) {
+  bool far = vec2_norm(offset_m) - guard->intruder_mps * FACED_S > nav->cfg.guard.yield_m + FACED_M;
+  if (judged && (far || guard->intruder_mps < FACED_MPS)) {
     return yaw_rate_rps;
   }
   float bearing_rad = geometry_atan2(offset_m.y, offset_m.x);
@@ -277,8 +277,8 @@ static float face_comer(const nav_t *nav, float yaw_rate_rps) {
   return geometry_clamp(FACE_GAIN_PER_S * off_rad, -most_rps, most_rps);
 }
 
-/** Looking to and fro about the heading that a command keeps: who comes between two beams is not
- * seen otherwise, nor is what stands beside the way. */
+/** Sweep the yaw to and fro about the commanded heading: otherwise a person who comes between two
+ *  beams is not seen, nor is what stands beside the way. */
 static float keep_watch(const nav_t *nav, float yaw_rate_rps) {
   float half_rad = nav->cfg.watch_rad;
   if (half_rad <= 0.0f) {
@@ -288,18 +288,19 @@ static float keep_watch(const nav_t *nav, float yaw_rate_rps) {
   phase -= floorf(phase);
   bool left = phase < 0.5f;
   float swing_rad = half_rad * (4.0f * (left ? phase : phase - 0.5f) - 1.0f);
+  // a triangle wave; the second term makes up for the yaw control, which pulls back to the heading
   float rate_rps = WATCH_RPS + nav->cfg.follower.yaw_gain_per_s * swing_rad;
   float most_rps = nav->cfg.follower.yaw_rate_max_rps;
   return geometry_clamp(yaw_rate_rps + (left ? rate_rps : -rate_rps), -most_rps, most_rps);
 }
 
-/** Where to look meanwhile. */
+/** Yaw rate of the present state, by what must be looked at. */
 static float look_out(const nav_t *nav, float yaw_rate_rps) {
   switch (nav->mission.state) {
   case MISSION_HOVER:
-    return nav_is_steered(nav) ? yaw_rate_rps : face_comer(nav, keep_watch(nav, yaw_rate_rps));
+    return nav_is_steered(nav) ? yaw_rate_rps : face_intruder(nav, keep_watch(nav, yaw_rate_rps));
   case MISSION_AVOID:
-    return face_comer(nav, yaw_rate_rps);
+    return face_intruder(nav, yaw_rate_rps);
   case MISSION_FOLLOW:
   case MISSION_RETURN:
     return nav->cfg.follower.yaw_mode == FOLLOWER_YAW_FORWARD ? keep_watch(nav, yaw_rate_rps)

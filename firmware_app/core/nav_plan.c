@@ -1,27 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* Planning in slices. A plan for the goal of the last one goes on from its way. */
+/* Planning in slices. A new plan for the same goal reuses the trees of the last one. */
 #include "nav.h"
 #include "nav_parts.h"
 #include "rng.h"
 
 enum {
-  UNITS_PER_TICK = 30,   ///< of the planner's budget
-  DOUBTS_A_HIT = 2,      ///< before cells of one hit more are doubted
-  DOUBTS_MAX = 4,        ///< in a task
-  BESIDE_CELLS = 6,      ///< so near to the place beside an occupied goal, it has been looked at
-  START_FREE_CELLS = 10, ///< how far the way out of an inflated zone may be
-  NEWS_CELLS = 20,       ///< fewer cells that are newly known are no progress
-  VAIN_LOOKS = 2,        ///< looks around that show nothing, on the way to a frontier
-  GIVE_UP_AFTER = 40,    ///< so many frontiers in vain end an exploration
-  DRAWS = 30,            ///< of a random point, until one is free
-  ROUNDS = 1,            ///< doubts before an exploration is over
+  UNITS_PER_TICK = 30,   ///< budget of pathfinder_extend()
+  DOUBTS_A_HIT = 2,      ///< doubts at one number of hits, before cells of one hit more are doubted
+  DOUBTS_MAX = 4,        ///< doubts in a task
+  BESIDE_CELLS = 6,      ///< an occupied goal is approached down to this distance
+  START_FREE_CELLS = 10, ///< farthest free cell that stands for a blocked start or goal
+  NEWS_CELLS = 20,       ///< newly known cells that count as progress
+  VAIN_LOOKS = 2,        ///< stop-and-looks without news, on the way to one frontier
+  GIVE_UP_AFTER = 40,    ///< frontiers given up that end an exploration
+  DRAWS = 30,            ///< attempts to draw a free random point
+  ROUNDS = 1,            ///< doubts before an exploration ends
 };
 
-static const float SERVED_M = 0.2f; ///< so near to an occupied goal is there
-static const float AT_FRONTIER_M = 0.5f;
-
-static const float NARROWEST_M = 0.09f; ///< propeller tips are 0.07 m out
+static const float SERVED_M = 0.2f;      ///< an occupied goal is reached this near to it
+static const float AT_FRONTIER_M = 0.5f; ///< this near, a look without news gives a frontier up
+static const float NARROWEST_M = 0.09f;  ///< least clearance: propeller tips are 0.07 m out
 
 float nav_clearance_m(const nav_t *nav) {
   float kept_m = nav->cfg.clearance_m;
@@ -29,8 +28,8 @@ float nav_clearance_m(const nav_t *nav) {
   return nav->plan.narrow ? narrow_m : kept_m;
 }
 
-/** Cells round what is kept clear upwards, by as much as one of them: where that closes the only
- * way, it is given back. */
+/** Switch the reduced clearance on or off, and plan anew. In cells the clearance is rounded up, by
+ *  up to one cell; where that closes the only way, it is taken back. */
 static void narrow(nav_t *nav, bool on) {
   if (nav->plan.narrow != on) {
     nav->plan.narrow = on;
@@ -44,21 +43,22 @@ static vec2_t goal_of_task(const nav_t *nav) {
   return nav->mission.task == MISSION_TASK_HOME ? pose2_position(nav->home) : nav->goal_m;
 }
 
-/** What closes the way may be noise: cells that only one hit speaks for are unknown again, and
- * looked at before the drone flies there; when that does not help, cells of two hits. So the drone
- * looks where its walls are weakest. */
+/** What closes the way may be noise: make cells with one hit unknown again, so that the drone looks
+ *  at them before it flies there; when that did not help, cells with two hits. Thus it looks where
+ *  its walls are weakest. */
 static void doubt(nav_t *nav) {
-  narrow(nav, false); // a door is wider, and many of the holes that this makes are not
+  narrow(nav, false); // doors pass the full clearance, which few of the holes made here do
   int hits = 1 + nav->plan.doubts / DOUBTS_A_HIT;
   grid_doubt(&nav->grid, GRID_OCCUPIED_MIN - 1 + hits * nav->cfg.grid.hit);
   nav->plan.doubts++;
   clearance_mark(&nav->clearance, &nav->grid);
 }
 
-/** There is no way now. In the air it may be noise: look around and try again, a few times. */
+/** No route was found: try what is left before it is final. In this order: through unknown cells,
+ *  with reduced clearance, in the air after weak obstacles were doubted, to the next waypoint. */
 static void fail(nav_t *nav, mission_reason_t reason, vec2_t place_m) {
   nav->plan.stage = NAV_PLAN_DONE;
-  if (nav->clearance.observed_only) { // then not only through what was observed
+  if (nav->clearance.observed_only) {
     clearance_observed_only(&nav->clearance, false);
     nav->plan.stage = NAV_PLAN_BEGIN;
     return;
@@ -83,9 +83,9 @@ static void fail(nav_t *nav, mission_reason_t reason, vec2_t place_m) {
   nav_apply(nav, MISSION_EV_NO_ROUTE);
 }
 
-/** The goal is occupied. Home is wherever beside it is free; another goal may be occupied by noise
- *  seen from afar, and is looked at from beside it before it is given up; what is free as near as
- *  SERVED_M serves. @return false if it is given up */
+/** The goal is occupied: choose the nearest free place instead. Home accepts any. Another goal may
+ *  be occupied by noise seen from afar, so it is first observed from beside it; then a place within
+ *  SERVED_M of it is accepted. @return false if the goal is given up */
 static bool aim_beside(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
   vec2_t beside = plan->goal_cells;
@@ -118,7 +118,7 @@ void nav_plan_afresh(nav_t *nav) {
   nav->plan.vain = (frontier_vain_t){.count = 0};
 }
 
-/** After a look around: did it show anything? A frontier where it does not is left alone. */
+/** After a stop-and-look while exploring: give the frontier up if it showed nothing new. */
 static void judge_look(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
   if (!plan->looked) {
@@ -139,12 +139,12 @@ static void judge_look(nav_t *nav) {
   }
 }
 
-/** Set the planner to work from plan.start_cells. */
+/** Start the pathfinder from plan.start_cells. */
 static void start_search(nav_t *nav, vec2_t last_goal_cells) {
   nav_plan_t *plan = &nav->plan;
   pathfinder_t *planner = &nav->planner;
   pathfinder_config_t cfg = nav->cfg.search;
-  cfg.grid_only = nav->cfg.planner == NAV_PLANNER_GRID || plan->narrow; // trees fail there
+  cfg.grid_only = nav->cfg.planner == NAV_PLANNER_GRID || plan->narrow; // trees seldom find gaps
   bool same = vec2_distance(last_goal_cells, plan->goal_cells) == 0.0f;
   if (exploring(nav)) {
     judge_look(nav);
@@ -161,16 +161,16 @@ static void start_search(nav_t *nav, vec2_t last_goal_cells) {
   plan->stage = NAV_PLAN_SEARCH;
 }
 
-/** Begin to plan for the present task, from the present pose. */
+/** Start a plan for the present task, from the present pose. */
 static void begin(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
-  if (nav->mission.lost) { // on the ground: it takes off to find out where it is
+  if (nav->mission.lost) { // on the ground: take off, then relocalise
     plan->stage = NAV_PLAN_DONE;
     nav_apply(nav, MISSION_EV_WAY_EXISTS);
     return;
   }
   if (clearance_refresh(&nav->clearance, &nav->grid, 0) > 0) {
-    return; // a few ticks more until the layer has followed the map
+    return; // wait a few ticks until the clearance layer has followed the map
   }
   vec2_t last_goal_cells = plan->goal_cells;
   plan->start_cells = grid_to_cells(&nav->grid, pose2_position(nav->pose));
@@ -189,7 +189,7 @@ static void begin(nav_t *nav) {
   start_search(nav, last_goal_cells);
 }
 
-/** The pathfinder's ends lie on its lattice; the route's is the goal itself. */
+/** End the route at the goal itself, as the pathfinder's end lies on its lattice. */
 static void end_at_goal(nav_t *nav, int count) {
   vec2_t *path = nav->route.points_m;
   if (!exploring(nav) &&
@@ -210,7 +210,8 @@ static void finish(nav_t *nav) {
   nav_apply(nav, MISSION_EV_ROUTE);
 }
 
-/** No frontier is left. Noise may have closed a door: what little speaks for is looked at again. */
+/** No frontier is left. Noise may have closed a door, so doubt weak obstacles once before the
+ *  exploration ends. */
 static void end_exploring(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
   plan->stage = NAV_PLAN_DONE;
@@ -226,7 +227,7 @@ static void end_exploring(nav_t *nav) {
   nav_set_task(nav, MISSION_TASK_HOME);
 }
 
-/** Something is left to explore: look for it at a random point of the area. */
+/** Explore by random points: make a free one the goal. */
 static void wander(nav_t *nav) {
   nav_plan_t *plan = &nav->plan;
   rng_t rng = rng_seed(nav->cfg.seed + nav_now_ms(nav));
@@ -242,7 +243,7 @@ static void wander(nav_t *nav) {
   plan->stage = NAV_PLAN_BEGIN;
 }
 
-/** Nothing more can be reached: the goal is walled off, or everything is explored. */
+/** The pathfinder found no route: the goal is walled off, or everything is explored. */
 static void no_way(nav_t *nav) {
   if (nav->plan.wandering) {
     wander(nav);
@@ -256,7 +257,7 @@ static void no_way(nav_t *nav) {
        grid_to_metres(&nav->grid, pathfinder_nearest(&nav->planner)));
 }
 
-/** A way is known. Before take-off that is all that was asked. */
+/** The pathfinder has a route. Before take-off it was only asked whether there is one. */
 static void found(nav_t *nav) {
   if (nav->mission.state == MISSION_IDLE) {
     nav->plan.stage = NAV_PLAN_DONE;

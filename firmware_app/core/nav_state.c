@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* The mission's states as they are entered, and what the ground is told of it. */
+/* Entering the mission's states, and reporting them. */
 #include "nav.h"
 #include "nav_parts.h"
 
@@ -9,8 +9,8 @@ void nav_fault(nav_t *nav, mission_reason_t reason) {
   nav_emit(nav, WIRE_EVENT_FAULT, (uint8_t)reason, pose2_position(nav->pose));
 }
 
-/** A goal that the map refuses when it is asked for is refused at once; all else deserves a second
- * look. */
+/** A goal that the map rules out when it is given is refused at once (no looks left); other tasks
+ *  stop and look first. */
 void nav_set_task(nav_t *nav, mission_task_t task) {
   nav->mission.task = task;
   nav->plan.looks_left = task == MISSION_TASK_GOTO ? 0 : NAV_LOOKS;
@@ -22,7 +22,7 @@ void nav_set_task(nav_t *nav, mission_task_t task) {
 static void leave_ground(nav_t *nav) {
   nav->mapped = true;
   nav->home = nav->pose;
-  nav->looking.home_too = nav->mission.lost;
+  nav->reloc_motion.home_too = nav->mission.lost;
   nav->height_sp_m = geometry_clamp(nav->input.odometry.height_m, 0.0f, nav->cfg.height_m);
   nav->link_lost = false;
   nav->battery_low = false;
@@ -42,7 +42,7 @@ static void enter_state(nav_t *nav, mission_state_t before, mission_event_t even
   }
   nav->rolling = event == MISSION_EV_BLOCKED;
   if (before == MISSION_RELOCALISE) {
-    nav_stop_looking(nav);
+    nav_reloc_stop(nav);
   }
   switch (nav->mission.state) {
   case MISSION_IDLE:
@@ -66,7 +66,7 @@ static void enter_state(nav_t *nav, mission_state_t before, mission_event_t even
     nav_look_along(nav);
     break;
   case MISSION_RELOCALISE:
-    nav_start_looking(nav);
+    nav_reloc_start(nav);
     break;
   case MISSION_SPIN:
   case MISSION_AVOID:

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* Flying by hand: a stick moves the post, within the fence and between the limits of height. */
+/* Flying by hand: the stick moves the post, within the geofence and the limits of height. */
 #include <math.h>
 
 #include "nav.h"
 #include "nav_parts.h"
 
 enum {
-  HELD_MS = 500, ///< a stick counts for so long
-  REST_MS = 500, ///< then it comes to rest
+  HELD_MS = 500, ///< a stick packet holds for this long
+  REST_MS = 500, ///< then the drone has this long to come to rest
 };
 
-static const float STICK_MAX = 4.0f; ///< of all its parts together, m/s and rad/s
-static const float FENCE_GAIN_PER_S = 1.5f;
-static const float HEIGHT_MIN_M = 0.2f; ///< as nav_config_check
+static const float STICK_MAX = 4.0f;        ///< bound of speed + |yaw rate| + |climb rate|
+static const float FENCE_GAIN_PER_S = 1.5f; ///< speed per metre left to the geofence
+static const float HEIGHT_MIN_M = 0.2f;     ///< limits of height_m in nav_config_check()
 static const float HEIGHT_MAX_M = 2.0f;
-static const float CEILING_M = 0.4f; ///< nearer it does not climb
+static const float CEILING_M = 0.4f; ///< no climbing with anything nearer above
 
 mission_reason_t nav_steer(nav_t *nav, const wire_steer_t *stick) {
   if (!(vec2_norm(stick->velocity_mps) + fabsf(stick->yaw_rate_rps) + fabsf(stick->climb_mps) <=
@@ -44,7 +44,7 @@ bool nav_rests(const nav_t *nav) {
   return nav->mission.state == MISSION_HOVER && !nav_is_steered(nav);
 }
 
-/** The nearer the fence, the slower towards it. */
+/** Velocity along one axis, limited towards the geofence by the distance left. */
 static float fenced(float wanted_mps, float at_m, float low_m, float high_m) {
   float least_mps = FENCE_GAIN_PER_S * (low_m - at_m);
   float most_mps = FENCE_GAIN_PER_S * (high_m - at_m);

@@ -1,38 +1,38 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* Policies: what ends or changes a flight from outside the mission. */
+/* Policies that end or change a flight: supervisor, battery, link and sensors. */
 #include <string.h>
 
 #include "nav.h"
 #include "nav_parts.h"
 #include "ray.h"
 
-static const uint32_t BATTERY_HOLD_MS = 2000u;    ///< a dip shorter than this is load, not charge
-static const float BATTERY_EMPTY_BELOW_V = 0.15f; ///< under the low limit: land where it is
-static const uint32_t SAGGED_MS = 5000u;          ///< after take-off; the load is steady then
-static const float FAST_S = 3.0f;
-static const float SLOW_S = 30.0f;
-static const float LEAST_FALL_VPS = 0.001f; ///< half of what hovering takes
-static const float DETOUR = 1.6f;
-static const float DETOUR_M = 2.0f;
-static const float SHARE_OF_SPEED = 0.6f; ///< of cruising that is left, with corners
-static const float LOOKING_S = 5.0f;      ///< turns and plans on the way
-static const uint32_t RANGES_FROZEN_MS = 1000u;
-static const uint32_t SILENT_MS = 3000u;
-static const uint32_t BAD_ESTIMATE_MS = 1000u; ///< a dark tile is crossed in less
+static const uint32_t BATTERY_HOLD_MS = 2000u;    ///< a shorter dip is load, not charge
+static const float BATTERY_EMPTY_BELOW_V = 0.15f; ///< below low_battery_v: land at once
+static const uint32_t SAGGED_MS = 5000u; ///< from take-off until the load on the battery is steady
+static const float FAST_S = 3.0f;        ///< time constant of the fast voltage filter
+static const float SLOW_S = 30.0f;       ///< time constant of the slow voltage filter
+static const float LEAST_FALL_VPS = 0.001f; ///< least discharge assumed: half that of hovering
+static const float DETOUR = 1.6f;         ///< longest way home assumed, over the straight distance
+static const float DETOUR_M = 2.0f;       ///< added to that longest way
+static const float SHARE_OF_SPEED = 0.6f; ///< mean speed, corners included, over cruise speed
+static const float LOOKING_S = 5.0f;      ///< time to turn, look and plan on the way home
+static const uint32_t RANGES_FROZEN_MS = 1000u; ///< no new set for this long: the deck has failed
+static const uint32_t SILENT_MS = 3000u;        ///< no return of any sensor for this long: blind
+static const uint32_t BAD_ESTIMATE_MS = 1000u;  ///< tolerated; longer than to cross a dark tile
 
 enum {
-  LOOK_SETS = 12,  ///< without an answer from where it flies: another beam shall look
-  DEAD_SETS = 99,  ///< without an answer, flying and looking around, while others answer
-  MISSED_SETS = 9, ///< the last of them, in which something is known to stand there
+  LOOK_SETS = 12,  ///< sets without return where it flies to: stop and look with another beam
+  DEAD_SETS = 99,  ///< sets without return in one beam, while others have some: dead
+  MISSED_SETS = 9, ///< the last ones of DEAD_SETS; they count only where the map has an obstacle
 };
 
-static const float ANSWERS_M = 2.5f; ///< a wall that is no farther does
-static const float FLYING_MPS = 0.1f;
+static const float ANSWERS_M = 2.5f;  ///< range within which a wall has a return
+static const float FLYING_MPS = 0.1f; ///< speed along a beam that counts as flying there
 
-/** Learn how fast the voltage falls. Of a falling line the slower filter lags by more: the
- * difference tells the slope. What load does to the voltage is the same for both, but for a while.
- */
+/** Learn the discharge rate. A filter lags behind a falling voltage by its time constant times the
+ *  slope, so the difference of a fast and a slow filter tells the slope. Steady load shifts both
+ *  alike. */
 static void learn_discharge(nav_t *nav) {
   nav_endurance_t *known = &nav->endurance;
   float voltage_v = nav->input.battery_v;
@@ -44,9 +44,9 @@ static void learn_discharge(nav_t *nav) {
   known->flown_m += vec2_norm(nav->input.velocity_mps) * nav->tick_s;
 }
 
-/** The voltage that it must still have to come home and land with the limit left, which is the
- * reserve for the knee at the end of the curve. The way home is no longer than what was flown, and
- * seldom many times as long as it looks. */
+/** Voltage needed now to fly home and land with low_battery_v left, which is the reserve for the
+ *  knee of the discharge curve. The way home is taken for as long as what was flown, but no longer
+ *  than the detour allowed. */
 static float needed_v(const nav_t *nav) {
   const nav_endurance_t *known = &nav->endurance;
   float learned_vps = (known->slow_v - known->fast_v) / (SLOW_S - FAST_S);
@@ -84,7 +84,7 @@ static void watch_link(nav_t *nav) {
     return;
   }
   if (nav->link_lost && nav->cfg.lost == NAV_LOST_HOME && nav->mission.state == MISSION_HOVER) {
-    nav_apply(nav, MISSION_EV_LAND); // there was no way home
+    nav_apply(nav, MISSION_EV_LAND); // it hovers because there is no way home
   }
   bool late = (float)(nav_now_ms(nav) - nav->link_seen_ms) > nav->cfg.lost_time_s * 1000.0f;
   if (!late || nav->link_lost || nav->cfg.lost == NAV_LOST_GO_ON ||
@@ -102,7 +102,7 @@ static void watch_link(nav_t *nav) {
   }
 }
 
-/** The map knows something that this beam of a set meets; while lost nothing tells otherwise. */
+/** Does the map have an obstacle within ANSWERS_M along a beam? While lost: assumed. */
 static bool should_answer(const nav_t *nav, pose2_t pose, int beam) {
   vec2_t reach_m = vec2_rotate((vec2_t){ANSWERS_M, 0.0f}, scan_bearing_rad(beam));
   ray_t ray = ray_start(grid_to_cells(&nav->grid, pose2_position(pose)),
@@ -136,7 +136,7 @@ void nav_check_beams(nav_t *nav, const scan_frame_t *frame, pose2_t map_pose) {
 }
 
 bool nav_half_blind(const nav_t *nav) {
-  bool on_ground = !mission_airborne(nav->mission.state); // there each of them sees the floor
+  bool on_ground = !mission_airborne(nav->mission.state); // where each sensor sees the floor
   for (int beam = 0; beam < SCAN_BEAMS; beam++) {
     bool stuck = scan_unchanged(&nav->scan, beam) && (on_ground || nav->scan.last_m[beam] >= 0.0f);
     bool restless = nav->guard.restless[beam] >= GUARD_RESTLESS;
@@ -147,7 +147,7 @@ bool nav_half_blind(const nav_t *nav) {
   return scan_silent_ms(&nav->scan, nav_now_ms(nav)) > SILENT_MS;
 }
 
-/** What makes it land where it is, if anything. */
+/** Sensor failure for which the drone must land where it is; MISSION_OK if there is none. */
 static mission_reason_t failed_sense(nav_t *nav) {
   uint32_t now_ms = nav_now_ms(nav);
   bool settled = (nav->input.flags & NAV_ESTIMATOR_SETTLED) != 0;
@@ -182,7 +182,7 @@ void nav_watch(nav_t *nav) {
     nav_watch_lifting(nav);
     return;
   }
-  nav->looking.down_ms = nav_now_ms(nav);
+  nav->reloc_motion.down_ms = nav_now_ms(nav);
   bool tumbled = (nav->input.flags & NAV_TUMBLED) != 0;
   if (tumbled || (nav->input.flags & NAV_CAN_FLY) == 0) {
     nav_fault(nav, tumbled ? MISSION_TUMBLED : MISSION_CANNOT_FLY);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* The list of way points: how it comes, and which one is next. */
+/* The waypoint list: receiving it, and choosing the next waypoint. */
 #include <string.h>
 
 #include "nav.h"
@@ -25,7 +25,7 @@ static vec2_t waypoint_m(const nav_t *nav, int at) {
   return (vec2_t){0.001f * (float)held->points_mm[at][0], 0.001f * (float)held->points_mm[at][1]};
 }
 
-/** All of them are there. */
+/** Have all waypoints of the list arrived? */
 static bool complete(const nav_waypoints_t *held) {
   return held->total > 0 && held->got == (1u << held->total) - 1u;
 }
@@ -44,7 +44,7 @@ mission_reason_t nav_start_waypoints(nav_t *nav, mission_task_t task) {
   return reason;
 }
 
-/** Aim at the one after the present one. @return false if there is none */
+/** Make the following waypoint the goal; a patrol starts over. @return false if there is none */
 static bool advance(nav_t *nav) {
   nav_waypoints_t *held = &nav->waypoints;
   bool last = held->next + 1 >= held->total;

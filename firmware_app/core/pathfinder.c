@@ -5,23 +5,22 @@
 #include <math.h>
 #include <string.h>
 
-/** What a step costs of the budget, by the cycles that it takes on the chip. */
+/** Cost of each kind of work in units of the budget, in proportion to its cycles on the chip. */
 enum {
-  UNITS_OF_STEP = 1,     ///< of a tree
-  UNITS_OF_REWIRING = 2, ///< a sample once there is a way
-  UNITS_OF_WAVE = 6,
-  ROWS_A_UNIT = 2,     ///< of a wave through observed cells
-  UNITS_OF_RATING = 2, ///< a frontier
-  UNITS_OF_PULL = 2,
-  UNITS_OF_WALK = 4,
+  UNITS_OF_STEP = 1,     ///< a step of a tree, before there is a path
+  UNITS_OF_REWIRING = 2, ///< a sample of RRT*, once there is a path
+  UNITS_OF_WAVE = 6,     ///< a wave to the goal
+  ROWS_A_UNIT = 2,       ///< rows that a wave through observed cells treats for one unit
+  UNITS_OF_RATING = 2,   ///< rating one frontier
+  UNITS_OF_PULL = 2,     ///< one step of pulling taut
+  UNITS_OF_WALK = 4,     ///< STEPS_OF_WALK cells of the walk back
 };
 
 enum { STEPS_OF_WALK = 16 };
 
 static const float HUGE_CELLS = 1.0e9f;
-static const float MENDED_ENOUGH = 1.25f;
-static const float STRAIGHT_ENOUGH =
-    1.01f; ///< times the distance: no other way can be much shorter
+static const float MENDED_ENOUGH = 1.25f; ///< no second look up to this multiple of the broken path
+static const float STRAIGHT_ENOUGH = 1.01f; ///< no second look up to this multiple of the distance
 
 pathfinder_config_t pathfinder_config_default(void) {
   return (pathfinder_config_t){
@@ -34,7 +33,8 @@ pathfinder_config_t pathfinder_config_default(void) {
   };
 }
 
-/** The lattice point of a place, off the sides of its cell by more than the margin of sight. */
+/** Lattice point of a position, moved in x to more than the margin of a line of sight from the
+ * sides of its cell: otherwise a blocked cell beside it would hide everything. */
 static lattice_t settled(vec2_t cells) {
   const int side = CLEARANCE_MARGIN_STEPS + 1;
   lattice_t p = lattice_from_cells(cells);
@@ -55,7 +55,8 @@ static void start_wave(pathfinder_t *planner, wavefront_kind_t kind) {
   wavefront_start(&planner->search.wave, kind, cell_of(planner->start), cell_of(planner->goal));
 }
 
-/** Keep the wave where a shorter way than the best could be: in the box about its ellipse. */
+/** Limit the wave to where a path shorter than the best one can lie: the bounding box of the
+ * ellipse with start and goal as foci and best_cells as major axis. */
 __attribute__((noinline)) static void limit_wave(pathfinder_t *planner) {
   vec2_t start = lattice_to_cells(planner->start);
   vec2_t goal = lattice_to_cells(planner->goal);
@@ -92,7 +93,7 @@ static void reset(pathfinder_t *planner, const pathfinder_config_t *cfg, vec2_t 
   planner->goal = settled(goal_cells);
 }
 
-/** A way that is known to be good. */
+/** Make a path the best one. */
 static void take_path(pathfinder_t *planner, const lattice_t *way, int count, float length_cells) {
   memmove(planner->path, way, (size_t)count * sizeof *way);
   planner->path_count = (uint8_t)count;
@@ -111,7 +112,7 @@ static int bits_in(uint32_t word) {
   return count;
 }
 
-/** Shorter steps and more samples where much is blocked, more samples where the goal is far. */
+/** Shorter steps and more samples where much is blocked, more samples if the goal is far. */
 static void adapt(pathfinder_t *planner, const clearance_t *clearance) {
   int blocked = 0;
   for (int i = 0; i < GRID_SIDE_CELLS * GRID_BIT_WORDS; i++) {
@@ -169,7 +170,7 @@ pathfinder_status_t pathfinder_start_frontier(pathfinder_t *planner, const pathf
   return planner->status;
 }
 
-/** A new way stands in taut->points: take it as it is if it is the first, and pull it taut. */
+/** Start pulling taut the new path in taut->points, and take it as it is if it is the best yet. */
 static void pull(pathfinder_t *planner, int count) {
   taut_start(&planner->taut, count);
   planner->stage = PATHFINDER_PULL;
@@ -179,7 +180,7 @@ static void pull(pathfinder_t *planner, int count) {
   }
 }
 
-/** The tree stood back for the wave: it begins again from the best way. */
+/** The wave has used the memory of the tree: start the tree again from the best path. */
 static void grow_again(pathfinder_t *planner) {
   if (planner->cfg.grid_only) {
     planner->stage = PATHFINDER_END;
@@ -190,7 +191,7 @@ static void grow_again(pathfinder_t *planner) {
   planner->search.rrt.best_cells = planner->best_cells;
 }
 
-/** The tree has a new way. */
+/** The tree has a shorter path: start pulling it taut. */
 static void pull_from_tree(pathfinder_t *planner, const clearance_t *clearance) {
   int count = rrtstar_way(&planner->search.rrt, clearance, planner->taut.points, TAUT_POINTS);
   if (count > 0) {
@@ -198,20 +199,20 @@ static void pull_from_tree(pathfinder_t *planner, const clearance_t *clearance) 
   }
 }
 
-/** So short, a way is not worth a second look: hardly longer than the distance, or than the way
- * that broke. */
+/** Length up to which a path is not worth a second look by the wave. */
 static float good_cells(const pathfinder_t *planner) {
   float straight_cells = STRAIGHT_ENOUGH * lattice_distance(planner->start, planner->goal);
   float broken_cells = MENDED_ENOUGH * planner->broken_cells;
   return straight_cells > broken_cells ? straight_cells : broken_cells;
 }
 
-/** Samples after the first way. */
+/** Samples between the first path and the second look by the wave. */
 static uint32_t second_look_after(const pathfinder_t *planner) {
   uint16_t mended = planner->cfg.mend_samples;
   return planner->broken_cells > 0.0f ? mended : planner->cfg.wave_samples;
 }
 
+/** Draw one sample, or start the wave if it is due. */
 static void sample(pathfinder_t *planner, const clearance_t *clearance) {
   rrtstar_t *rrt = &planner->search.rrt;
   bool found = planner->status == PATHFINDER_FOUND;
@@ -234,7 +235,7 @@ static void sample(pathfinder_t *planner, const clearance_t *clearance) {
   }
 }
 
-/** The way is to the best frontier, if there is one. @return false if there is none */
+/** Make the best frontier the target to walk back from. @return false if there is none */
 static bool aim_at_frontier(pathfinder_t *planner) {
   const frontier_t *frontier = &planner->search.frontier;
   if (!frontier_found(frontier)) {
@@ -245,6 +246,7 @@ static bool aim_at_frontier(pathfinder_t *planner) {
   return true;
 }
 
+/** One slice of a search for frontiers: rate one that the last wave met, else spread a wave. */
 static void frontier_wave(pathfinder_t *planner, const clearance_t *clearance, const grid_t *grid) {
   wavefront_t *front = &planner->search.wave;
   frontier_t *frontier = &planner->search.frontier;
@@ -265,6 +267,7 @@ static void frontier_wave(pathfinder_t *planner, const clearance_t *clearance, c
   }
 }
 
+/** Spread one wave towards the goal. */
 static void wave(pathfinder_t *planner, const clearance_t *clearance, const grid_t *grid) {
   switch (wavefront_extend(&planner->search.wave, clearance, grid, 1)) {
   case WAVEFRONT_REACHED:
@@ -279,7 +282,8 @@ static void wave(pathfinder_t *planner, const clearance_t *clearance, const grid
   }
 }
 
-/** Walk back along the wave; its ends are cell centres, the way's are the true ones. */
+/** One slice of the walk back. At its end, put the true start and goal in place of the centres of
+ * their cells, and start pulling the path taut. */
 static void walk(pathfinder_t *planner, const clearance_t *clearance) {
   lattice_t *way = planner->taut.points;
   bool frontier = planner->search.wave.kind == WAVEFRONT_OBSERVED;
@@ -307,6 +311,7 @@ static void walk(pathfinder_t *planner, const clearance_t *clearance) {
   pull(planner, count);
 }
 
+/** One step of pulling taut. Once taut, keep the path if it is the best and hand it to the tree. */
 static void pull_on(pathfinder_t *planner, const clearance_t *clearance) {
   taut_t *taut = &planner->taut;
   if (!taut_step(taut, clearance)) {
@@ -325,9 +330,8 @@ static void pull_on(pathfinder_t *planner, const clearance_t *clearance) {
   planner->search.rrt.best_cells = planner->best_cells;
 }
 
-/** Make the path begin at another place: from there on with the last point in sight, if there is
- * one.
- */
+/** Make the path begin at a new start, from which it goes to the last of its points in sight, or to
+ * its second point if none is. */
 static void begin_path_at(pathfinder_t *planner, const clearance_t *clearance, lattice_t start) {
   int seen = planner->path_count - 1;
   while (seen > 1 && !clearance_sees(clearance, start, planner->path[seen])) {
@@ -339,7 +343,7 @@ static void begin_path_at(pathfinder_t *planner, const clearance_t *clearance, l
   planner->path[0] = planner->start = start;
 }
 
-/** Pieces of the path up to the first that is blocked; from its end where `step` is -1. */
+/** Number of pieces before the first blocked one, from `end` on; step -1 goes backwards. */
 static int pieces_in_sight(const clearance_t *clearance, const lattice_t *end, int step,
                            int count) {
   int pieces = 0;
@@ -416,7 +420,7 @@ bool pathfinder_enough(const pathfinder_t *planner) {
   uint32_t since_first = planner->samples - planner->first_samples;
   uint32_t least =
       planner->broken_cells > 0.0f ? planner->cfg.mend_samples : planner->cfg.least_samples;
-  // what the trees took in vain, before the wave found the way, is no measure
+  // If the wave found the first path, the samples drawn in vain before it are no measure.
   float first =
       planner->first_samples < planner->cfg.connect_samples ? (float)planner->first_samples : 0.0f;
   float wanted = (planner->cfg.stop_ratio - 1.0f) * first;

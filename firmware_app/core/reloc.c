@@ -8,42 +8,42 @@
 #include "reloc_parts.h"
 
 enum {
-  SETS_FIRST = 20,   ///< with which the search begins
-  SETS_MORE = 6,     ///< for another round
-  PASSES_FIRST = 6,  ///< matches of a place that the search found
-  PASSES_MORE = 5,   ///< and of one known from the last round
-  PASSES_BEST = 12,  ///< which was the best in it
-  MATCH_STRIDE = 2,  ///< of sets
-  PLACES_KEPT = 24,  ///< after a round
-  ROUNDS_HELD = 3,   ///< at least, to be sure
-  UNITS_THICKEN = 6, ///< units are some 250 cycles
-  UNITS_MATCH = 12,
-  UNITS_JUDGE = 14,
+  SETS_FIRST = 20,   ///< sets needed for a search
+  SETS_MORE = 6,     ///< new sets needed for another round
+  PASSES_FIRST = 6,  ///< ICP passes of a hypothesis from the search
+  PASSES_MORE = 5,   ///< ICP passes of a hypothesis from the last round
+  PASSES_BEST = 12,  ///< ICP passes of the best hypothesis from the last round
+  MATCH_STRIDE = 2,  ///< a match uses every second set; the score uses all
+  PLACES_KEPT = 24,  ///< hypotheses kept after a round
+  ROUNDS_HELD = 3,   ///< rounds in the lead that are needed to be sure
+  UNITS_THICKEN = 6, ///< cost of dilating a row; a unit is about 250 cycles
+  UNITS_MATCH = 12,  ///< cost of matching a set
+  UNITS_JUDGE = 14,  ///< cost of scoring a set
 };
 
-static const float SPREAD_M = 0.05f;     ///< sets are so far apart
-static const float SPREAD_RAD = 0.0873f; ///< or turned so much: 5 degrees
-static const float SAME_M = 0.3f;        ///< places nearer than this
-static const float SAME_RAD = 0.262f;    ///< and this (15 degrees) are one
-static const float SCORE_POOR = 0.65f;   ///< of a best place that calls for a new search
-static const float SEARCH_POOR_M = 0.5f; ///< moved until then
-static const float SEARCH_M = 1.6f;      ///< moved until a new search anyway, if none leads
-static const float LEAD_MIN = 0.05f;     ///< over the second best, in every round held
-static const float LEAD_MAX = 0.15f;     ///< what one round counts
-static const float LEAD_SURE = 0.5f;     ///< all rounds held together
-static const float NOWHERE = 0.78f;  ///< what a place may score in a map that has not the right one
-static const float FIT_MAX = 0.15f;  ///< what one round counts, beyond that or short of it
-static const float FIT_SURE = 0.35f; ///< all rounds together
-static const float MOVED_SURE_M = 0.4f;
-static const float TURNED_SURE_RAD = 2.6f; ///< after the move: its odometry no longer matters
-static const float RANGE_MAX_M = 60.0f;
-static const float POSE_MAX = 2000.0f; ///< sum of its parts
+static const float SPREAD_M = 0.05f;     ///< a set is taken after a motion of more than this
+static const float SPREAD_RAD = 0.0873f; ///< a set is taken after a turn of more than this: 5 deg
+static const float SAME_M = 0.3f;        ///< distance below which hypotheses may be the same
+static const float SAME_RAD = 0.262f;    ///< turn below which they are the same: 15 degrees
+static const float SCORE_POOR = 0.65f;   ///< best score below which the search is soon repeated
+static const float SEARCH_POOR_M = 0.5f; ///< motion before a new search, if the best score is poor
+static const float SEARCH_M = 1.6f;      ///< motion before a new search, if no hypothesis leads
+static const float LEAD_MIN = 0.05f;     ///< lead over the second best that counts as leading
+static const float LEAD_MAX = 0.15f;     ///< lead that one round adds, at most
+static const float LEAD_SURE = 0.5f;     ///< summed lead needed to be sure
+static const float NOWHERE = 0.78f;      ///< best score in a map without the true place, measured
+static const float FIT_MAX = 0.15f;      ///< fit that one round adds or takes off, at most
+static const float FIT_SURE = 0.35f;     ///< summed fit needed to be sure
+static const float MOVED_SURE_M = 0.4f;  ///< motion in the lead needed to be sure
+static const float TURNED_SURE_RAD = 2.6f; ///< turn needed after the move: its sets then weigh less
+static const float RANGE_MAX_M = 60.0f;    ///< bound for 16 bits of millimetres
+static const float POSE_MAX = 2000.0f;     ///< bound of |x| + |y| + |yaw|, metres and radians
 
 void reloc_init(reloc_t *reloc) {
   memset(reloc, 0, sizeof *reloc);
 }
 
-/** The last set that was taken; NULL before the first. */
+/** Latest set taken; NULL before the first. */
 static const reloc_set_t *newest(const reloc_t *reloc) {
   if (reloc->waiting > 0) {
     return &reloc->sets[RELOC_SETS + reloc->waiting - 1];
@@ -83,7 +83,7 @@ pose2_t reloc_pose_at(const reloc_t *reloc, const reloc_place_t *place, pose2_t 
   return pose2_compose(place->pose, since);
 }
 
-/** Hypotheses go along with the anchor. */
+/** Move the anchor; the hypotheses follow by odometry. */
 static void move_anchor(reloc_t *reloc, pose2_t anchor) {
   pose2_t step = pose2_compose(pose2_inverse(reloc->anchor), anchor);
   for (int i = 0; i < reloc->places; i++) {
@@ -98,7 +98,7 @@ static void move_anchor(reloc_t *reloc, pose2_t anchor) {
   }
 }
 
-/** The sets that wait join the signature. */
+/** Append the waiting sets to the signature. */
 static void take_waiting(reloc_t *reloc) {
   if (reloc->waiting == 0) {
     return;
@@ -122,7 +122,8 @@ static bool same(pose2_t a, pose2_t b) {
          fabsf(geometry_wrap_rad(a.yaw_rad - b.yaw_rad)) < SAME_RAD;
 }
 
-/** Best first; of those that are the same only the best; at most PLACES_KEPT. */
+/** Sort the hypotheses, best first. Keep only the best of those that are the same, and PLACES_KEPT
+ *  at most. */
 static void sort(reloc_t *reloc) {
   reloc_place_t *list = reloc->place_list;
   int kept = 0;
@@ -146,15 +147,16 @@ static void sort(reloc_t *reloc) {
   reloc->places = (uint8_t)kept;
 }
 
-/** The best place's evidence against being nowhere in the map, over the rounds since it is the
- * best; it never falls below none, so that what came before people stood in the way is not lost. */
+/** Sum the evidence that the best hypothesis is right, against the drone being nowhere in the map,
+ *  over the rounds since it is the best. Never below 0: bad rounds, when people stood in the way,
+ *  leave nothing to make up for. */
 static void weigh(reloc_t *reloc, bool stays, float score) {
   float fit = geometry_clamp(score - NOWHERE, -FIT_MAX, FIT_MAX);
   fit += stays ? reloc->fit : 0.0f;
   reloc->fit = fit > 0.0f ? fit : 0.0f;
 }
 
-/** All hypotheses are judged: has one of them been the best for long enough, and good enough? */
+/** End of a round: has one hypothesis been good enough for long enough? */
 static void conclude(reloc_t *reloc) {
   sort(reloc);
   const reloc_place_t *list = reloc->place_list;
@@ -184,7 +186,7 @@ static void begin_match(reloc_t *reloc) {
   memset(&reloc->sums, 0, sizeof reloc->sums);
 }
 
-/** The sums over all sets are complete. */
+/** The sums over all sets are complete: score the hypothesis, or move it. */
 static void end_pass(reloc_t *reloc, bool judging) {
   if (judging) {
     float beams = reloc->sums.weight > 1.0f ? reloc->sums.weight : 1.0f;
@@ -198,7 +200,7 @@ static void end_pass(reloc_t *reloc, bool judging) {
   memset(&reloc->sums, 0, sizeof reloc->sums);
 }
 
-/** How often the present hypothesis is matched in a round. */
+/** ICP passes of the present hypothesis in this round. */
 static int passes(const reloc_t *reloc) {
   if (!reloc->searched) {
     return PASSES_FIRST;
@@ -206,7 +208,7 @@ static int passes(const reloc_t *reloc) {
   return reloc->place == 0 ? PASSES_BEST : PASSES_MORE;
 }
 
-/** One set of one hypothesis. @return units of work */
+/** Match or score one hypothesis with one set. @return units of work */
 static int match_step(reloc_t *reloc, const grid_t *grid) {
   if (reloc->place == reloc->places) {
     conclude(reloc);
@@ -225,7 +227,7 @@ static int match_step(reloc_t *reloc, const grid_t *grid) {
   return judging ? UNITS_JUDGE : UNITS_MATCH;
 }
 
-/** @return false if there is not enough new to work on */
+/** Start a round, with a search if one is due. @return false if too few sets are new */
 static bool begin_round(reloc_t *reloc) {
   take_waiting(reloc);
   if (reloc->fresh < (reloc->searched ? SETS_MORE : SETS_FIRST)) {

@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file reloc.h  Where in a known map is the drone, when nothing is known of its pose: after a
- * kidnapping, a restart with the map kept, on an imported map. The drone turns and makes short
- * moves; spread sets of ranges with their odometry make a signature of its surroundings. Every free
- * place and heading is tried against the map's obstacles, thickened (correlative matching, Olson
- * 2009). The best that are apart from each other are kept as hypotheses, moved onto the map's
- * obstacles (ICP, Besl and McKay 1992; newer sets count more, as odometry drifts) and judged by all
- * beams: what their ends lie near, and what they pass through. The drone moves on, the newest sets
- * replace the oldest, and all hypotheses are matched and judged anew: none is lost by chance, as
- * particles are. Odometry may read too far: how much is matched with the pose. Sure is what has
- * stayed best while the drone moved and then looked around, and fits so much better than the best
- * place of a map that does not know the right one. Sets that come while others are worked on wait,
- * so that a round does not depend on its slices. The grid must not change meanwhile. */
+/** @file reloc.h  Global relocalisation: finds the pose in a known map from no prior at all.
+ *
+ *  Needed by a kidnapped robot: carried elsewhere, restarted with its map kept, or given a stored
+ *  map. The drone turns and makes short moves. Sets of ranges, spread over that motion and placed
+ *  by odometry, form a signature of its surroundings.
+ *
+ *  Search: every free place and heading is tried against the map's dilated obstacles (correlative
+ *  matching, Olson 2009). The best that are apart from each other become hypotheses.
+ *  Rounds: each hypothesis is moved onto the map's obstacles (ICP, Besl and McKay 1992; newer sets
+ *  weigh more, as odometry drifts; its scale is matched too) and scored by all beams: by what their
+ *  ends lie near and what they pass through. The drone moves on, new sets replace the
+ *  oldest, and the next round matches and scores all hypotheses again. No hypothesis is lost by
+ *  chance, as a particle may be.
+ *  Result: a hypothesis is sure once it has stayed the best while the drone moved and then looked
+ *  around, and fits better than the best place does in maps that do not contain the true one.
+ *
+ *  Sets that arrive during a round wait for the next one, so that the result does not depend on the
+ *  slices. The grid must not change during relocalisation.
+ */
 #ifndef RELOC_H
 #define RELOC_H
 
@@ -22,42 +29,42 @@
 #include "scan.h"
 
 enum {
-  RELOC_SETS = 48,    ///< of the signature
-  RELOC_WAITING = 16, ///< that may come while these are worked on
+  RELOC_SETS = 48,    ///< sets in the signature
+  RELOC_WAITING = 16, ///< sets that may arrive during a round
   RELOC_PLACES = 48,  ///< hypotheses
-  RELOC_ENDS = 48,    ///< of beams, that the search looks at
+  RELOC_ENDS = 48,    ///< beam ends that the search uses
 };
 
 typedef enum {
   RELOC_GATHERING,  ///< waiting for sets
-  RELOC_THICKENING, ///< the map's obstacles, for the search
-  RELOC_SEARCHING,  ///< trying every place and heading
-  RELOC_MATCHING,   ///< moving hypotheses and judging them
+  RELOC_THICKENING, ///< dilating the map's obstacles for the search
+  RELOC_SEARCHING,  ///< trying every free place and heading
+  RELOC_MATCHING,   ///< matching and scoring the hypotheses
 } reloc_stage_t;
 
-/** A measured set, small. */
+/** Compact form of scan_frame_t. */
 typedef struct {
   pose2_t pose; ///< odometry frame
   uint16_t range_mm[SCAN_BEAMS];
-  uint8_t hit;
-  uint8_t clear;
+  uint8_t hit;   ///< bit mask of beams, as in scan_frame_t
+  uint8_t clear; ///< likewise
 } reloc_set_t;
 
 /** A hypothesis. */
 typedef struct {
-  pose2_t pose;  ///< map frame, of the anchor
-  float stretch; ///< metres of the map for one of odometry
-  float score;   ///< 1: every beam ends on an obstacle and passes none
+  pose2_t pose;  ///< of the anchor, map frame
+  float stretch; ///< metres in the map per metre of odometry
+  float score;   ///< mean per beam; 1: every beam ends on an obstacle and passes none
 } reloc_place_t;
 
-/** Sums over the beams of a hypothesis, while it is matched or judged. */
+/** Weighted sums over the beams, while a hypothesis is matched or scored. */
 typedef struct {
   float weight;
-  vec2_t arm_m;   ///< from the anchor to the ends
-  vec2_t lever_m; ///< from the anchor to the sets
-  vec2_t away_m;  ///< from the ends to their obstacles
-  float arm2_m2;
-  float lever2_m2;
+  vec2_t arm_m;       ///< from the anchor to the beam's end
+  vec2_t lever_m;     ///< from the anchor to the body at the set
+  vec2_t away_m;      ///< from the beam's end to the nearest obstacle
+  float arm2_m2;      ///< arm . arm
+  float lever2_m2;    ///< lever . lever
   float arm_lever_m2; ///< arm x lever
   float cross_m2;     ///< arm x away
   float along_m2;     ///< lever . away
@@ -66,44 +73,45 @@ typedef struct {
 
 typedef struct {
   reloc_stage_t stage;
-  bool sure;
-  bool searched;   ///< places are hypotheses, matched and judged
-  uint8_t count;   ///< sets of the signature
-  uint8_t oldest;  ///< of them
-  uint8_t waiting; ///< sets, behind those of the signature
-  uint8_t fresh;   ///< sets that joined the signature since the last round
-  uint8_t places;
-  uint8_t ends;
-  uint8_t misses_max; ///< of ends, for a place to be kept by the search
-  uint8_t heading;    ///< that is tried
-  uint8_t row;        ///< that is tried, or thickened
-  uint8_t column;     ///< that is tried
-  uint8_t place;      ///< that is matched
-  uint8_t pass;
-  uint8_t set;
-  uint8_t held;       ///< rounds in a row in which the same place was best
-  float lead;         ///< of its score, summed over these rounds
-  float fit;          ///< of its score beyond NOWHERE, summed since the same place is best
-  float moved_m;      ///< since it is the best
-  float turned_rad;   ///< likewise, after enough of a move
-  float unsearched_m; ///< moved since the last search
-  pose2_t expected;   ///< of the best place, before it is matched
-  pose2_t anchor;     ///< newest set of the signature: odometry frame
+  bool sure;          ///< the best hypothesis may be trusted
+  bool searched;      ///< the hypotheses of the last search were matched and scored
+  uint8_t count;      ///< sets in the signature
+  uint8_t oldest;     ///< index of the oldest of them
+  uint8_t waiting;    ///< sets waiting, stored behind the signature
+  uint8_t fresh;      ///< sets that joined the signature since the last round
+  uint8_t places;     ///< hypotheses
+  uint8_t ends;       ///< beam ends in end_cells
+  uint8_t misses_max; ///< most ends off an obstacle, for the search to keep a place
+  uint8_t heading;    ///< search: present heading
+  uint8_t row;        ///< search and dilation: present row
+  uint8_t column;     ///< search: present column
+  uint8_t place;      ///< match: present hypothesis
+  uint8_t pass;       ///< match: present pass; the last one scores
+  uint8_t set;        ///< match: present set
+  uint8_t held;       ///< rounds in a row in which the same hypothesis led
+  float lead;         ///< its lead in score, summed over these rounds
+  float fit;          ///< its score above NOWHERE, summed over the rounds since it is the best
+  float moved_m;      ///< distance moved since it leads
+  float turned_rad;   ///< angle turned after the first MOVED_SURE_M of these
+  float unsearched_m; ///< distance moved since the last search
+  pose2_t expected;   ///< pose of the best hypothesis before the present round
+  pose2_t anchor;     ///< pose of the newest set in the signature, odometry frame
   reloc_sums_t sums;
-  reloc_set_t sets[RELOC_SETS + RELOC_WAITING];
+  reloc_set_t sets[RELOC_SETS + RELOC_WAITING];     ///< ring of the signature, then those waiting
   reloc_place_t place_list[RELOC_PLACES];           ///< best first, once searched
-  int8_t end_cells[RELOC_ENDS][2];                  ///< from the anchor, at the heading
-  uint32_t thick[GRID_SIDE_CELLS * GRID_BIT_WORDS]; ///< cells near an obstacle
+  int8_t end_cells[RELOC_ENDS][2];                  ///< offset from the anchor, at `heading`
+  uint32_t thick[GRID_SIDE_CELLS * GRID_BIT_WORDS]; ///< bit map of the dilated obstacles
 } reloc_t;
 
-/** Nothing is known. */
+/** Start with nothing known. */
 void reloc_init(reloc_t *reloc);
-/** Take a measured set. One that is not spread from the last, or finds no room, is dropped. */
+/** Take a measured set. It is dropped if the body has hardly moved since the last, or without room.
+ */
 void reloc_add(reloc_t *reloc, const scan_frame_t *frame);
-/** Work for about `budget` units. @return false if there is nothing to do until more sets come */
+/** Work for about `budget` units. @return false if there is nothing to do until more sets arrive */
 bool reloc_work(reloc_t *reloc, const grid_t *grid, int budget);
-/** The map pose of a pose of the odometry frame, by the best hypothesis; to be trusted when sure.
- * @return false if there is none */
+/** Convert a pose from the odometry frame to the map frame, by the best hypothesis; trust it only
+ *  when sure. @return false if there is none */
 bool reloc_to_map(const reloc_t *reloc, pose2_t pose_odom, pose2_t *map_pose);
 
 #endif

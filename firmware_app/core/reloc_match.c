@@ -1,31 +1,34 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* One hypothesis against the grid: towards its obstacles, and how well it explains the beams. */
+/* Match and score of one hypothesis against the grid. */
 #include <math.h>
 
 #include "reloc.h"
 #include "reloc_parts.h"
 
-enum { REACH_CELLS = RELOC_THICK_CELLS, PATH_BITS = 16 };
+enum {
+  REACH_CELLS = RELOC_THICK_CELLS, ///< rows and columns around a beam's end that are searched
+  PATH_BITS = 16                   ///< fraction bits of a cell, along a ray
+};
 
-static const uint32_t OCCUPIED_BITS = 0x88888888u;
-static const uint32_t SEVEN = 0x01111111u; ///< of eight cells
-static const float REACH_MAX_CELLS = 3.6f; ///< an obstacle farther from a beam's end is another
-static const float FAR_CELLS = 1000.0f;    ///< no map is there
-static const float PATH_MARGIN_M = 0.3f;   ///< before its end, a beam may graze what it ends on
-static const float IN_UNKNOWN = 0.1f;      ///< what an end is worth where nothing was observed
-static const float OLD = 0.4f;             ///< what the oldest set counts in a match
-static const float OBLIQUE = 0.3f;         ///< what a beam counts that grazes its obstacle
-static const float SQUARE_CELLS2 = 0.1f;   ///< an obstacle nearer than this has no direction
-static const float WEIGHT_MIN = 3.0f;      ///< fewer beams do not move a place
-static const float TURN_MAX_RAD = 0.1f;    ///< of one pass
-static const float SPREAD_MIN_M2 = 0.01f;
-static const float STRETCH_M2 = 0.2f; ///< levers of a sum that weigh as much as "it is 1"
-static const float STRETCH_MIN = 0.8f;
+static const uint32_t OCCUPIED_BITS = 0x88888888u; ///< "occupied" of the eight cells in a word
+static const uint32_t SEVEN = 0x01111111u;         ///< mask of 2 REACH_CELLS + 1 cells of eight
+static const float REACH_MAX_CELLS = 3.6f; ///< farthest obstacle that a beam's end may belong to
+static const float FAR_CELLS = 1000.0f;    ///< coordinates beyond this are off the map
+static const float PATH_MARGIN_M = 0.3f;   ///< end of a beam where it may graze its own obstacle
+static const float IN_UNKNOWN = 0.1f;      ///< score of a beam that ends in an unknown cell
+static const float OLD = 0.4f;             ///< weight of the oldest set in a match; newest: 1
+static const float OBLIQUE = 0.3f;         ///< weight of a beam that grazes its obstacle
+static const float SQUARE_CELLS2 = 0.1f;   ///< squared distance below which incidence is unknown
+static const float WEIGHT_MIN = 3.0f;      ///< total weight needed to move a hypothesis
+static const float TURN_MAX_RAD = 0.1f;    ///< largest turn in one pass
+static const float SPREAD_MIN_M2 = 0.01f;  ///< keeps the turn finite when all ends coincide
+static const float STRETCH_M2 = 0.2f;      ///< prior of stretch 1, as a sum of squared levers
+static const float STRETCH_MIN = 0.8f;     ///< bounds of stretch
 static const float STRETCH_MAX = 1.2f;
-static const float THROUGH = -0.5f; ///< what a beam is worth that passes an obstacle
+static const float THROUGH = -0.5f; ///< score of a beam that passes an obstacle
 
-/** Occupied cells among the eight from ix on, as bits 0, 4, 8 ... Cells outside are none. */
+/** Occupied cells among the eight from ix on, as bits 0, 4, 8 ...; cells outside count as free. */
 static uint32_t eight_from(const grid_t *grid, int ix, int iy) {
   if ((unsigned)iy >= GRID_SIDE_CELLS || ix <= -8 || ix >= GRID_SIDE_CELLS) {
     return 0u;
@@ -38,7 +41,7 @@ static uint32_t eight_from(const grid_t *grid, int ix, int iy) {
   return (shift == 0 ? low : low >> shift | high << (32 - shift)) >> 3;
 }
 
-/** The way to the occupied cell nearest to a place. @return false if none is near */
+/** Vector to the nearest occupied cell. @return false if none is within reach */
 static bool nearest(const reloc_t *reloc, const grid_t *grid, vec2_t place_cells,
                     vec2_t *away_cells) {
   if (!(fabsf(place_cells.x) < FAR_CELLS && fabsf(place_cells.y) < FAR_CELLS)) {
@@ -71,7 +74,7 @@ static bool nearest(const reloc_t *reloc, const grid_t *grid, vec2_t place_cells
   return found;
 }
 
-/** Direction of a beam of a body that looks along c, s. */
+/** Unit vector along a beam, map frame, of a body with this heading. */
 static vec2_t beam_direction(int beam, sincos_t body) {
   switch (beam) {
   case SCAN_BACK:
@@ -85,19 +88,19 @@ static vec2_t beam_direction(int beam, sincos_t body) {
   }
 }
 
-/** The body at a set, by the present hypothesis. */
+/** Map pose of the body at a set, by the present hypothesis. */
 static pose2_t body_at(const reloc_t *reloc, const reloc_set_t *set) {
   return reloc_pose_at(reloc, &reloc->place_list[reloc->place], set->pose);
 }
 
-/** What a set counts in a match: 1 for the newest. */
+/** Weight of a set in a match: OLD for the oldest up to 1 for the newest. */
 static float recency(const reloc_t *reloc, int set) {
   int rank = (set + RELOC_SETS - reloc->oldest) % RELOC_SETS + 1;
   return OLD + (1.0f - OLD) * (float)rank / (float)reloc->count;
 }
 
-/** What a beam's end counts. A cone sees the near edge of an obstacle that it meets obliquely, so
- * such a beam counts little. */
+/** Weight of a beam's end in a match. A cone reports the near edge of an obstacle that it meets
+ *  obliquely, so such a beam weighs little; so does a distant obstacle. */
 static float weight_of(vec2_t direction, vec2_t away_cells) {
   float distance2 = vec2_dot(away_cells, away_cells);
   float along = vec2_dot(away_cells, direction);
@@ -105,7 +108,7 @@ static float weight_of(vec2_t direction, vec2_t away_cells) {
          (OBLIQUE + along * along / (distance2 + SQUARE_CELLS2));
 }
 
-/** One beam's end, arm away from the anchor. Inlined, it makes the frame too large. */
+/** Add one beam's end to the sums. Inlined, it would make the caller's stack frame too large. */
 static void __attribute__((noinline))
 add_end(reloc_sums_t *sums, vec2_t arm_m, vec2_t lever_m, vec2_t away_m, float w) {
   sums->weight += w;
@@ -142,6 +145,8 @@ void reloc_match_set(reloc_t *reloc, const grid_t *grid, int set) {
   }
 }
 
+/** Weighted least squares for shift, turn and stretch. The sums are centred first, which leaves a
+ *  system of two equations for turn and stretch; the shift follows. */
 void reloc_match_end(reloc_t *reloc) {
   const reloc_sums_t *sums = &reloc->sums;
   if (sums->weight < WEIGHT_MIN) {
@@ -172,7 +177,7 @@ void reloc_match_end(reloc_t *reloc) {
   pose->yaw_rad = geometry_wrap_rad(pose->yaw_rad + turn_rad);
 }
 
-/** An occupied cell lies on the first `steps` cells of the ray. */
+/** Is any of the first `steps` cells along the ray occupied? */
 static bool passes_obstacle(const grid_t *grid, vec2_t from_cells, vec2_t direction, int steps) {
   const float one = (float)(1 << PATH_BITS);
   int32_t x = (int32_t)(from_cells.x * one);
@@ -194,7 +199,7 @@ static bool passes_obstacle(const grid_t *grid, vec2_t from_cells, vec2_t direct
   return false;
 }
 
-/** What it says for a hypothesis that a beam ends there. */
+/** Score of a beam that ends there. */
 static float worth_of_end(const reloc_t *reloc, const grid_t *grid, vec2_t end_cells) {
   vec2_t away_cells;
   if (nearest(reloc, grid, end_cells, &away_cells)) {

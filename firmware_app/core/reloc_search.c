@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("O3", "fp-contract=off")
-/* Every free place and heading against the map's obstacles, thickened so that a coarse stride
- * misses none. */
+/* Exhaustive search over free places and headings. Obstacles are dilated so that a coarse stride
+ * cannot miss the true place. */
 #include <math.h>
 #include <string.h>
 
@@ -9,20 +9,20 @@
 #include "reloc_parts.h"
 
 enum {
-  HEADINGS = 72,
-  STRIDE_CELLS = 4,
-  END_STEP = 29,      ///< no divisor of RELOC_ENDS: ends that follow each other look elsewhere
-  LEAST_PERCENT = 70, ///< of the ends must lie near an obstacle
-  UNITS_AIM = 48,
-  UNITS_KEEP = 12,
-  ENDS_PER_UNIT = 16,
-  PLACES_A_STEP = 8,
+  HEADINGS = 72,      ///< tried at each place
+  STRIDE_CELLS = 4,   ///< between places tried, in rows and columns
+  END_STEP = 29,      ///< coprime to RELOC_ENDS: successive ends point elsewhere, to reject early
+  LEAST_PERCENT = 70, ///< share of the ends that must lie near an obstacle
+  UNITS_AIM = 48,     ///< cost of placing the ends for a heading
+  UNITS_KEEP = 12,    ///< cost of keeping a place
+  ENDS_PER_UNIT = 16, ///< ends that are looked up at the cost of one unit
+  PLACES_A_STEP = 8,  ///< places tried in a call of reloc_try()
 };
 
 static const float PI = 3.14159265f;
-static const float HEADING_RAD = 6.28318531f / 72.0f;
-static const float APART_CELLS = 6.5f; ///< nearer in x and y
-static const float APART_RAD = 0.218f; ///< and turned less (12.5 degrees): the same place
+static const float HEADING_RAD = 6.28318531f / 72.0f; ///< between headings: 5 degrees
+static const float APART_CELLS = 6.5f; ///< distance in x and y below which places may be the same
+static const float APART_RAD = 0.218f; ///< turn below which they are the same: 12.5 degrees
 
 bool reloc_is_thick(const reloc_t *reloc, int ix, int iy) {
   return ((ix | iy) & ~(GRID_SIDE_CELLS - 1)) == 0 &&
@@ -62,7 +62,7 @@ static int8_t to_cell(float cells) {
   return (int8_t)floorf(geometry_clamp(cells, -127.0f, 127.0f) + 0.5f);
 }
 
-/** Where the end of a beam lies from the anchor. */
+/** Store the offset of a beam's end from the anchor, in cells. */
 static void put_end(reloc_t *reloc, int slot, pose2_t body, float range_m, int beam,
                     float cells_per_m) {
   sincos_t turn = geometry_sincos(body.yaw_rad + scan_bearing_rad(beam));
@@ -70,7 +70,7 @@ static void put_end(reloc_t *reloc, int slot, pose2_t body, float range_m, int b
   reloc->end_cells[slot][1] = to_cell((body.y_m + range_m * turn.sin) * cells_per_m);
 }
 
-/** Choose ends of beams, evenly over the signature, and put them where they are at the heading. */
+/** Choose beam ends evenly over the signature, and store their offsets at the present heading. */
 static void aim(reloc_t *reloc, const grid_t *grid) {
   pose2_t from_odom =
       pose2_compose((pose2_t){0.0f, 0.0f, heading_rad(reloc)}, pose2_inverse(reloc->anchor));
@@ -102,7 +102,7 @@ void reloc_search(reloc_t *reloc) {
   reloc->heading = reloc->row = reloc->column = 0;
 }
 
-/** Of the places that are not apart from this one; -1 if all are. */
+/** Index of a hypothesis that is the same place as pose; -1 if there is none. */
 static int not_apart(const reloc_t *reloc, pose2_t pose, float apart_m) {
   for (int i = 0; i < reloc->places; i++) {
     pose2_t other = reloc->place_list[i].pose;
@@ -122,7 +122,8 @@ static int worst_place(const reloc_t *reloc) {
   return worst;
 }
 
-/** Keep the better of places that are not apart, and the best RELOC_PLACES of the others. */
+/** Keep a place if it is better than the hypothesis that is the same place, or belongs to the best
+ *  RELOC_PLACES. Once the list is full, only places better than its worst are looked at further. */
 static void keep(reloc_t *reloc, reloc_place_t place, float apart_m) {
   reloc_place_t *list = reloc->place_list;
   int at = not_apart(reloc, place.pose, apart_m);
@@ -139,8 +140,8 @@ static void keep(reloc_t *reloc, reloc_place_t place, float apart_m) {
   }
 }
 
-/** Ends that are not near an obstacle; more than allowed are not counted on.
- *  @param units grows */
+/** Count the ends that are not near an obstacle, up to one more than misses_max.
+ *  @param units  the cost is added to it */
 static int count_misses(const reloc_t *reloc, int ix, int iy, int *units) {
   int misses = 0;
   int end = 0;

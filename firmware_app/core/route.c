@@ -6,11 +6,11 @@
 
 enum { TRIES = 3, POINTS_PER_CORNER = 3 };
 
-static const float ROUND_CUT_CELLS = 6.0f; ///< how far from a corner the rounding may begin
-static const float LEAST_CELLS = 1.0e-3f;
-static const float PIECE_M = 0.1f; ///< resolution of route_clear_m and route_known_m
+static const float ROUND_CUT_CELLS = 6.0f; ///< how far from a corner rounding may begin
+static const float LEAST_CELLS = 1.0e-3f;  ///< shorter vectors have no direction
+static const float PIECE_M = 0.1f;         ///< the route is looked at in pieces of this length
 
-/** As the lattice holds it, so that what was seen free there is free here. */
+/** Round to the lattice, so that the line of sight was checked for the very point that is flown. */
 static vec2_t on_lattice(vec2_t cells) {
   return lattice_to_cells(lattice_from_cells(cells));
 }
@@ -19,7 +19,8 @@ static bool in_sight(const clearance_t *clearance, vec2_t a, vec2_t b) {
   return clearance_sees(clearance, lattice_from_cells(a), lattice_from_cells(b));
 }
 
-/** Away from what the way turns round at b; nowhere if it does not turn. */
+/** Unit vector away from the obstacle that the path a, b, c turns round at b; zero if it does not
+ * turn. */
 static vec2_t outwards(vec2_t a, vec2_t b, vec2_t c) {
   vec2_t to_a = vec2_sub(a, b);
   vec2_t to_c = vec2_sub(c, b);
@@ -29,7 +30,7 @@ static vec2_t outwards(vec2_t a, vec2_t b, vec2_t c) {
   return norm > LEAST_CELLS ? vec2_scale(inwards, -1.0f / norm) : (vec2_t){0.0f, 0.0f};
 }
 
-/** Cells that are free from p on in a direction, at most twice the stand-off. */
+/** Free space from p in a direction [cells], at most twice the stand-off. */
 static float room_cells(const clearance_t *clearance, vec2_t p, vec2_t direction) {
   int steps = 0;
   while (steps < 2 * ROUTE_STAND_OFF_CELLS &&
@@ -57,8 +58,8 @@ void route_stand_off(const clearance_t *clearance, vec2_t *path_cells, int count
   }
 }
 
-/** Three points in place of corner b of a, b, c: a quadratic curve through the middle of its
- * control polygon. */
+/** Three points in place of corner b of the path a, b, c: both ends and the middle of a quadratic
+ * Bezier curve with b as its control point. @return false if no curve is clear */
 static bool round_corner(const clearance_t *clearance, vec2_t a, vec2_t b, vec2_t c, vec2_t *out) {
   vec2_t to_a = vec2_sub(a, b);
   vec2_t to_c = vec2_sub(c, b);
@@ -119,16 +120,16 @@ float route_length_m(const route_t *route) {
   return length_m;
 }
 
-/** A piece of the route, at most PIECE_M long. */
+/** A piece of the route, at most PIECE_M long, from a_m to b_m. */
 typedef struct {
-  int leg;         ///< from way point leg - 1 to leg
-  float leg_end_m; ///< arc length at way point leg
-  float at_m;      ///< arc length at which the next piece begins
+  int leg;         ///< the piece lies between the points leg - 1 and leg
+  float leg_end_m; ///< arc length at point leg
+  float at_m;      ///< arc length at the end of the piece
   vec2_t a_m;
   vec2_t b_m;
 } piece_t;
 
-/** The next piece; false at the end of the route. */
+/** Go on to the next piece. @return false at the end of the route */
 static bool next_piece(const route_t *route, piece_t *piece) {
   while (piece->leg == 0 || piece->at_m >= piece->leg_end_m - 1.0e-4f) {
     if (piece->leg + 1 >= route->count) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file route.h  A way to fly: way points in the map frame, off the corners and rounded, each
- * piece checked. A planner's shortest way touches the corners that it passes. Standing off: each
- * way point goes towards the middle of the gap that it lies in, at most ROUTE_STAND_OFF_CELLS.
- * Rounding: a curve in place of a corner, where it stays clear; that makes the way shorter, never
- * longer. */
+/** @file route.h  The path that is flown, in the map frame, and how far it may be flown.
+ *
+ * The planner's shortest path touches the corners that it passes. Each of its points is moved
+ * towards the middle of the gap that it lies in, by at most ROUTE_STAND_OFF_CELLS (standing off),
+ * and then replaced by a short curve (rounding), which shortens the route. Every new piece is
+ * checked to be clear; where it is not, the point or corner stays. */
 #ifndef ROUTE_H
 #define ROUTE_H
 
@@ -18,33 +19,34 @@
 enum { ROUTE_POINTS = 64, ROUTE_STAND_OFF_CELLS = 4, ROUTE_ROOM_CELLS = 3 };
 
 typedef struct {
-  vec2_t points_m[ROUTE_POINTS]; ///< the first is where it starts, the last the goal
+  vec2_t points_m[ROUTE_POINTS]; ///< from the start to the goal, map frame
   uint8_t count;                 ///< 0: no route
-  uint8_t revision;              ///< grows with every new route
+  uint8_t revision;              ///< incremented with every new route
 } route_t;
 
-/** Make the route from a planner's way, which stands in points_m in cells: stand off, round,
- * convert in place. */
+/** Make the route, in place, from the planner's path, whose `count` points are in points_m in
+ * cells: stand off, round, convert to metres. */
 void route_build(route_t *route, const grid_t *grid, const clearance_t *clearance, int count);
-/** Move way points off the corners that the way turns round, where there is room. */
+/** Move points away from the corners that the path turns round, where there is room. */
 void route_stand_off(const clearance_t *clearance, vec2_t *path_cells, int count);
-/** Round the corners where there is room. @return points, at most capacity */
+/** Round corners where there is room. @return number of points, at most capacity */
 int route_round(const clearance_t *clearance, vec2_t *path_cells, int count, int capacity);
 
 float route_length_m(const route_t *route);
-/** How far along the route [m], looking from arc length from_m on, it stays clear of blocked cells.
+/** Arc length [m] up to which the route is clear of blocked cells, beginning at arc length from_m.
  */
 float route_clear_m(const route_t *route, const grid_t *grid, const clearance_t *clearance,
                     float from_m);
-/** How far along the route [m], looking from from_m on to until_m at most, everything within
- * half_width_m was observed. */
+/** Arc length [m] up to which everything within half_width_m of the route was observed, beginning
+ * at from_m; looks no farther than until_m. */
 float route_known_m(const route_t *route, const grid_t *grid, float half_width_m, float from_m,
                     float until_m);
-/** Likewise, looked at lately. */
+/** Arc length [m] up to which beams crossed the route's tiles lately (seen.h), beginning at from_m;
+ * looks no farther than until_m. */
 float route_seen_m(const route_t *route, const grid_t *grid, const seen_t *seen, float from_m,
                    float until_m);
-/** The least room [m] around the route between two arc lengths: how far blocked cells keep away,
- * ROUTE_ROOM_CELLS of them at most. */
+/** Least free space [m] to all sides of the route between two arc lengths, beyond the clearance; at
+ * most ROUTE_ROOM_CELLS cells. */
 float route_room_m(const route_t *route, const grid_t *grid, const clearance_t *clearance,
                    float from_m, float until_m);
 

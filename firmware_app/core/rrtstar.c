@@ -5,17 +5,17 @@
 #include <math.h>
 
 enum {
-  NEAR_CELLS = 24,  ///< how far a node looks for parents and children
-  MEETINGS_MAX = 8, ///< steps of one tree towards the new node of the other
-  DRAWS_MAX = 8,    ///< of one sample, until it is free
-  WORST_OF = 24,    ///< nodes that are looked at for one to drop
+  NEAR_CELLS = 24,  ///< radius within which RRT* rewires
+  MEETINGS_MAX = 8, ///< most steps of one tree towards the new node of the other
+  DRAWS_MAX = 8,    ///< most draws for a sample that is free
+  WORST_OF = 24,    ///< nodes among which make_room() looks for one to drop
   COORDINATE_MASK = LATTICE_MAX,
 };
 
 static const float HUGE_CELLS = 1.0e9f;
-static const float FOCUS_CELLS = 10.0f;       ///< about a break, at first
-static const float FOCUS_GROWTH_CELLS = 2.0f; ///< with every sample
-static const float LEAST_GAIN_CELLS = 1.0f / 128.0f;
+static const float FOCUS_CELLS = 10.0f;              ///< rrtstar_mend: focus_cells at first
+static const float FOCUS_GROWTH_CELLS = 2.0f;        ///< growth of focus_cells with every sample
+static const float LEAST_GAIN_CELLS = 1.0f / 128.0f; ///< a smaller one is not worth rewiring
 static const float PI = 3.14159265f;
 
 static const tree_node_t *node_of(const rrtstar_t *rrt, int i) {
@@ -41,7 +41,7 @@ bool rrtstar_stuck(const rrtstar_t *rrt) {
   return !rrt->connected && tree_is_full(&rrt->tree);
 }
 
-/** From a towards b, at most a step. */
+/** The point a step from a towards b, or b if that is nearer. */
 static lattice_t towards(lattice_t a, lattice_t b, float step_cells) {
   float distance_cells = lattice_distance(a, b);
   if (distance_cells <= step_cells) {
@@ -63,7 +63,8 @@ static lattice_t draw_about_focus(rrtstar_t *rrt) {
   return lattice_from_cells(vec2_add(lattice_to_cells(rrt->focus), (vec2_t){dx, dy}));
 }
 
-/** Uniform in the free cells; false if none was drawn in time. */
+/** Draw a free point, uniformly from the grid or from around the focus. @return false if none of
+ * DRAWS_MAX points was free */
 static bool draw_free(rrtstar_t *rrt, const clearance_t *clearance, lattice_t *p) {
   bool focused = rrt->focus_cells < (float)GRID_SIDE_CELLS;
   rrt->focus_cells += focused ? FOCUS_GROWTH_CELLS : 0.0f;
@@ -81,8 +82,8 @@ static bool draw_free(rrtstar_t *rrt, const clearance_t *clearance, lattice_t *p
   return false;
 }
 
-/** The nearest node of a side, and the place up to a step from it towards `to`.
- * @return TREE_NONE if the node does not see the place */
+/** Find the node of a side that is nearest to `to`, and the point *at up to a step from it.
+ * @return the node, TREE_NONE if the point is not in its sight */
 static int reach(const rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side, lattice_t to,
                  lattice_t *at) {
   int nearest = tree_nearest(&rrt->tree, side, to);
@@ -91,7 +92,7 @@ static int reach(const rrtstar_t *rrt, const clearance_t *clearance, tree_side_t
   return clearance_sees(clearance, from, *at) ? nearest : TREE_NONE;
 }
 
-/** A new node up to a step from the nearest of a side. @return it, or TREE_NONE */
+/** Add a node up to a step from the nearest node of a side. @return it, or TREE_NONE */
 static int extend(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side, lattice_t to) {
   lattice_t at;
   int nearest = reach(rrt, clearance, side, to, &at);
@@ -105,7 +106,7 @@ static void join(rrtstar_t *rrt, int of_goal, int of_start) {
   rrt->connected = true;
 }
 
-/** Let the side's tree come as near to a node of the other as it can. @return true if they met */
+/** Grow the tree of a side step by step towards a node of the other. @return true if they met */
 static bool meet(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side, int node) {
   lattice_t to = node_of(rrt, node)->at;
   for (int i = 0; i < MEETINGS_MAX; i++) {
@@ -126,7 +127,7 @@ static bool meet(rrtstar_t *rrt, const clearance_t *clearance, tree_side_t side,
   return false;
 }
 
-/** One iteration of RRT-Connect; the sides take turns by chance. */
+/** One iteration of RRT-Connect; which tree grows first is random. */
 static bool connect(rrtstar_t *rrt, const clearance_t *clearance) {
   lattice_t p;
   if (!draw_free(rrt, clearance, &p)) {
@@ -138,8 +139,8 @@ static bool connect(rrtstar_t *rrt, const clearance_t *clearance) {
          meet(rrt, clearance, side == TREE_OF_GOAL ? TREE_OF_START : TREE_OF_GOAL, node);
 }
 
-/** Uniform in the ellipse of all points through which a way could be shorter than the best one
- * (Gammell 2014, algorithm 2); false if that lies outside the grid or is blocked. */
+/** Draw a point uniformly from the ellipse of all points that a path shorter than the best one may
+ * pass (Gammell 2014, algorithm 2). @return false if the point is outside the grid or blocked */
 __attribute__((noinline)) static bool draw_informed(rrtstar_t *rrt, const clearance_t *clearance,
                                                     lattice_t *p) {
   vec2_t start = lattice_to_cells(rrt->start);
@@ -161,19 +162,20 @@ __attribute__((noinline)) static bool draw_informed(rrtstar_t *rrt, const cleara
   return true;
 }
 
-/** Shortest way from the start to the goal that may go through a node. */
+/** Lower bound of the length of a path from the start to the goal through a node. */
 static float hope_cells(const rrtstar_t *rrt, int i) {
   return node_of(rrt, i)->cost_cells + lattice_distance(node_of(rrt, i)->at, rrt->start);
 }
 
+/** True if a node may be dropped: a leaf, but not the start, the root or `kept`. */
 static bool droppable(const rrtstar_t *rrt, int i, int kept) {
   const tree_node_t *node = node_of(rrt, i);
   return node->cost_cells >= 0.0f && node->child == TREE_NONE && node->parent != TREE_NONE &&
          i != rrt->start_node && i != kept;
 }
 
-/** Make room: of a few leaves the one goes through which a way is longest, and be it too long to
- * count. */
+/** Make room for a node: of a few leaves, drop the one with the longest path through it. `kept` is
+ * spared. */
 static void make_room(rrtstar_t *rrt, int kept) {
   int worst = TREE_NONE;
   float longest_cells = 0.0f;
@@ -191,7 +193,8 @@ static void make_room(rrtstar_t *rrt, int kept) {
   }
 }
 
-/** The cheapest of the near nodes that sees p, if through it p costs less than cost_cells. */
+/** The parent for a new node at p: of the near nodes in sight, the one by which p costs least;
+ * TREE_NONE if it costs cost_cells or more by all of them. */
 static int choose_parent(const rrtstar_t *rrt, const clearance_t *clearance, lattice_t p,
                          const tree_near_t *near, float cost_cells) {
   uint32_t tried = 0u;
@@ -216,14 +219,14 @@ static int choose_parent(const rrtstar_t *rrt, const clearance_t *clearance, lat
   }
 }
 
-/** Node i would cost less below `parent`. */
+/** True if node i would cost less as a child of `parent`. */
 static bool is_cheaper(const rrtstar_t *rrt, int i, int parent) {
   float through = node_of(rrt, parent)->cost_cells +
                   lattice_distance(node_of(rrt, parent)->at, node_of(rrt, i)->at);
   return i != parent && through < node_of(rrt, i)->cost_cells - LEAST_GAIN_CELLS;
 }
 
-/** Hang node i below `parent` if that is shorter and in sight. */
+/** Make node i a child of `parent` if that is cheaper and `parent` is in sight. */
 static void improve(rrtstar_t *rrt, const clearance_t *clearance, int i, int parent) {
   if (is_cheaper(rrt, i, parent) &&
       clearance_sees(clearance, node_of(rrt, i)->at, node_of(rrt, parent)->at)) {
@@ -231,7 +234,7 @@ static void improve(rrtstar_t *rrt, const clearance_t *clearance, int i, int par
   }
 }
 
-/** One iteration of RRT*. */
+/** One iteration of informed RRT*. */
 static void optimise(rrtstar_t *rrt, const clearance_t *clearance) {
   lattice_t p;
   tree_near_t near;
@@ -297,7 +300,7 @@ void rrtstar_graft(rrtstar_t *rrt, const lattice_t *way, int count) {
       tree_move(&rrt->tree, node, above);
     }
     if (node == TREE_NONE) {
-      return; // every other node is on the way to the start: there is nothing to gain
+      return; // no node could be dropped to make room for this one
     }
     above = node;
   }

@@ -4,9 +4,11 @@
 
 #include <string.h>
 
-enum { STUCK_TICKS = 75 /* 15 sets */ };
+enum {
+  STUCK_TICKS = 75 /* ticks without a change, after which a range counts as stuck: 15 sets */
+};
 
-static const float NO_RANGE = -1.0f;
+static const float NO_RANGE = -1.0f; ///< stands for no return
 static const float QUARTER_RAD = 1.57079633f;
 
 scan_config_t scan_config_default(void) {
@@ -62,8 +64,8 @@ static const scan_odometry_t *back(const scan_t *scan, int ticks) {
   return &scan->history[(scan->newest + SCAN_HISTORY - ticks) % SCAN_HISTORY];
 }
 
-/** State of the body at time_ms, between two remembered ticks; the oldest or newest where it lies
- * outside. */
+/** State of the body at time_ms, interpolated in the history; its oldest or newest state if time_ms
+ *  lies outside. */
 static scan_odometry_t odometry_at(const scan_t *scan, uint32_t time_ms) {
   const scan_odometry_t *later = back(scan, 0);
   for (int ticks = 1; ticks < scan->count; ticks++) {
@@ -90,6 +92,7 @@ bool scan_unchanged(const scan_t *scan, int beam) {
   return scan->repeats[beam] >= STUCK_TICKS;
 }
 
+/** Store the ranges. @return true if they are a new set */
 static bool is_new(scan_t *scan, const float *range_m, uint32_t time_ms) {
   bool changed = false;
   bool answered = false;
@@ -111,7 +114,7 @@ static bool is_new(scan_t *scan, const float *range_m, uint32_t time_ms) {
   return changed || silent_set;
 }
 
-/** How much a beam rises per metre: the vertical part of its direction when the body tilts. */
+/** Rise of a beam per metre along it, by the body's tilt. */
 static float beam_rise(int beam, const scan_odometry_t *odometry) {
   switch (beam) {
   case SCAN_FRONT:

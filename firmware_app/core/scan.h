@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file scan.h  Five ranges and odometry in, beams with the pose at which they were measured out.
- * Stage 1. The Multi-ranger publishes all ranges together every 100 ms, without a time stamp,
- * 60-100 ms after the measurement. The stage notices a new set by its change, dates it back by the
- * latency and takes the pose from a short history. Each set is used once; when no sensor answers
- * nothing changes, and a set is taken every period. Tilt is taken out; a beam that may have met the
- * floor is dropped. */
+/** @file scan.h  Stage 1: five ranges and odometry in, beams and the pose of their measurement out.
+ *
+ *  The Multi-ranger publishes all ranges together every 100 ms, without a time stamp, 60-100 ms
+ *  after the measurement. This stage notices a new set by its change, dates it back by the latency
+ *  and takes the pose of that moment from a short history. Each set is used once. While no sensor
+ *  has a return nothing changes, so a set is assumed every period. Tilt is removed; a beam that may
+ *  have hit the floor is dropped.
+ */
 #ifndef SCAN_H
 #define SCAN_H
 
@@ -20,37 +22,36 @@ enum {
   SCAN_RIGHT,
   SCAN_UP,
   SCAN_RANGES,
-  SCAN_BEAMS = SCAN_UP, ///< the horizontal ones
-  SCAN_HISTORY = 12,    ///< poses kept, one a tick: 240 ms at 50 Hz
+  SCAN_BEAMS = SCAN_UP, ///< number of horizontal ranges
+  SCAN_HISTORY = 12,    ///< poses kept, one per tick: 240 ms at 50 Hz
 };
 
 typedef struct {
-  uint32_t latency_ms;     ///< from the measurement to the first tick that sees it
-  uint32_t period_ms;      ///< between two sets
-  float min_range_m;       ///< nearer echoes are not trusted
-  float max_range_m;       ///< farther echoes are treated as none
-  float no_return_clear_m; ///< a beam without echo clears this far: dark or oblique walls answer no
-                           ///< farther
-  float floor_margin_m;    ///< a beam ending lower than this above the floor is dropped
-  float offset_m[SCAN_RANGES]; ///< sensor's distance from the body's centre, along its beam
+  uint32_t latency_ms;         ///< from the measurement to the first tick that sees it
+  uint32_t period_ms;          ///< between two sets
+  float min_range_m;           ///< nearer echoes are dropped
+  float max_range_m;           ///< farther echoes count as no return
+  float no_return_clear_m;     ///< distance that is free along a beam without return
+  float floor_margin_m;        ///< a beam that ends lower than this above the floor is dropped
+  float offset_m[SCAN_RANGES]; ///< distance of the sensor from the body's centre, along its beam
 } scan_config_t;
 
-/** What the body does now, in the odometry frame. */
+/** State of the body by odometry. */
 typedef struct {
   uint32_t time_ms;
-  pose2_t pose;
+  pose2_t pose; ///< odometry frame
   float height_m;
-  float roll_rad;  ///< right side down positive
-  float pitch_rad; ///< nose up positive, as the firmware's stateEstimate.pitch
+  float roll_rad;  ///< positive right side down
+  float pitch_rad; ///< positive nose up, as the firmware's stateEstimate.pitch
 } scan_odometry_t;
 
-/** One measured set, as seen from pose. Bit b of the masks stands for beam b. */
+/** One measured set. Bit b of the masks stands for beam b; a dropped beam is in neither. */
 typedef struct {
-  uint32_t time_ms;          ///< when it was measured
-  pose2_t pose;              ///< odometry frame, when it was measured
+  uint32_t time_ms;          ///< of the measurement
+  pose2_t pose;              ///< of the body then, odometry frame
   float range_m[SCAN_BEAMS]; ///< level distance from the body's centre
-  uint8_t hit;               ///< the beam ended on something
-  uint8_t clear;             ///< nothing answered up to range_m
+  uint8_t hit;               ///< the beam ended on something at range_m
+  uint8_t clear;             ///< no return: the beam is free up to range_m
 } scan_frame_t;
 
 typedef struct {
@@ -58,10 +59,10 @@ typedef struct {
   scan_odometry_t history[SCAN_HISTORY];
   uint8_t newest;
   uint8_t count;
-  uint32_t changed_ms;          ///< when the ranges last changed, or when no sensor answered
-  uint32_t answered_ms;         ///< when a sensor last answered, up included
-  float last_m[SCAN_RANGES];    ///< as published; < 0 where invalid
-  uint8_t repeats[SCAN_RANGES]; ///< ticks in a row in which this one did not change
+  uint32_t changed_ms;          ///< time of the last set
+  uint32_t answered_ms;         ///< time of the last return of any sensor, up included
+  float last_m[SCAN_RANGES];    ///< as published; negative: no return
+  uint8_t repeats[SCAN_RANGES]; ///< ticks in a row without a change of this range
 } scan_t;
 
 scan_config_t scan_config_default(void);
@@ -71,18 +72,18 @@ void scan_init(scan_t *scan, const scan_config_t *cfg);
 float scan_bearing_rad(int beam);
 
 /** Take this tick's odometry and published ranges.
- *  @param range_m SCAN_RANGES distances [m], negative or not finite where the sensor reports none
- *  @return true if the ranges are new; then *frame is filled */
+ *  @param range_m SCAN_RANGES distances; negative or not finite: no return
+ *  @return true if they are a new set; then *frame is filled */
 bool scan_step(scan_t *scan, const scan_odometry_t *odometry, const float *range_m,
                scan_frame_t *frame);
 
-/** It said the same in set after set: no echo, or what no living sensor repeats, as its noise is
- * more than a millimetre. */
+/** Has a range been the same for 15 sets? Then the sensor has no return, or is stuck: its noise is
+ *  more than the millimetre in which ranges are published. */
 bool scan_unchanged(const scan_t *scan, int beam);
 
-/** Milliseconds since any sensor answered. */
+/** Time since any sensor had a return. */
 uint32_t scan_silent_ms(const scan_t *scan, uint32_t time_ms);
-/** Milliseconds since the ranges last changed. */
+/** Time since the last set. */
 uint32_t scan_age_ms(const scan_t *scan, uint32_t time_ms);
 
 #endif

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-/** Of a tile: no beam crosses one unnoticed, but for its corners. */
+/** Step along a beam [tile sides]: short enough to miss no tile but where it clips a corner. */
 static const float STRIDE_TILES = 0.5f;
 
 void seen_forget(seen_t *seen) {
@@ -20,7 +20,7 @@ void seen_step(seen_t *seen, uint32_t time_ms, float age_s) {
   }
 }
 
-/** Number of a place's tile, -1 outside the grid. */
+/** Index of the tile that contains the point; -1 outside the grid. */
 static int tile_at(const grid_t *grid, vec2_t point_m) {
   grid_cell_t cell;
   return grid_locate(grid, point_m, &cell) ? grid_tile(cell.ix, cell.iy) : -1;

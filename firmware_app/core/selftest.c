@@ -6,24 +6,25 @@
 
 enum {
   TICK_MS = 20,
-  SET_TICKS = 5,     ///< the ranger publishes every 100 ms
-  MEASURED_TICK = 1, ///< of a set: seen 80 ms later
-  COMMAND_TICK = 5,
-  LAND_TICK = 950,
+  SET_TICKS = 5,     ///< period of the ranges: 100 ms
+  MEASURED_TICK = 1, ///< tick of that period in which they are measured: published 80 ms later
+  COMMAND_TICK = 5,  ///< tick of the command to fly to GOAL_M
+  LAND_TICK = 950,   ///< tick of the command to land
   READY = NAV_HAS_FLOW | NAV_HAS_RANGER | NAV_ESTIMATOR_SETTLED | NAV_CAN_FLY | NAV_LINK_ALIVE,
 };
 
-/** A change of any decision changes it; a test computes it and says the new value. */
+/** Expected hash. Any other decision changes it; a test (tests/core/test_selftest.py) computes the
+ *  new value. */
 static const uint32_t GOLDEN = 0xccf9b2fdu;
 
 static const float TICK_S = 0.001f * (float)TICK_MS;
-static const float ANSWER = 0.13f; ///< share of what is asked that the body takes on in a tick
-static const float FLOW_SCALE = 1.04f;
-static const float RANGE_MAX_M = 3.5f;
-static const float NOISE_M = 0.01f; ///< from end to end
+static const float ANSWER = 0.13f;     ///< share of the velocity error that the body removes a tick
+static const float FLOW_SCALE = 1.04f; ///< odometry per metre flown
+static const float RANGE_MAX_M = 3.5f; ///< no return from farther
+static const float NOISE_M = 0.01f;    ///< full width of the uniform noise of a range
 static const vec2_t GOAL_M = {2.0f, -0.6f};
 
-/** A room, a wall with a door in it, and something oblique. */
+/** A room, an inner wall with a door, and an oblique corner. */
 static const struct {
   vec2_t from_m;
   vec2_t to_m;
@@ -34,7 +35,7 @@ static const struct {
 
 enum { WALL_COUNT = sizeof WALLS / sizeof *WALLS };
 
-/** Order counts, and every bit. */
+/** Add to the hash, which depends on the order and on every bit. */
 static void add_word(selftest_t *test, uint32_t word) {
   uint32_t turned = test->hash << 5 | test->hash >> 27;
   test->hash = (turned ^ word) * 0x01000193u; // the prime of FNV-1a
@@ -55,10 +56,9 @@ static float cross(vec2_t a, vec2_t b) {
   return a.x * b.y - a.y * b.x;
 }
 
-/** Distance to the first wall, RANGE_MAX_M without any. */
+/** Distance to the first wall along a ray; RANGE_MAX_M without any. */
 static float cast(vec2_t from_m, float bearing_rad) {
-  sincos_t turn = geometry_sincos(bearing_rad);
-  vec2_t beam = {turn.cos, turn.sin};
+  vec2_t beam = vec2_towards(bearing_rad);
   float nearest_m = RANGE_MAX_M;
   for (int i = 0; i < WALL_COUNT; i++) {
     vec2_t wall = vec2_sub(WALLS[i].to_m, WALLS[i].from_m);
@@ -76,7 +76,7 @@ static float cast(vec2_t from_m, float bearing_rad) {
   return nearest_m;
 }
 
-/** What the sensor says, negative where nothing answers. */
+/** Range of a beam; negative: no return. */
 static float measure(selftest_t *test, int beam) {
   float bearing_rad = test->pose.yaw_rad + scan_bearing_rad(beam);
   float range_m = cast(pose2_position(test->pose), bearing_rad);
@@ -84,7 +84,7 @@ static float measure(selftest_t *test, int beam) {
   return range_m < RANGE_MAX_M ? range_m + noise_m : -1.0f;
 }
 
-/** Time goes on; now and then the ranger measures, and a little later publishes. */
+/** Advance the time; measure ranges once a period and publish them later, as the ranger does. */
 static void sense(selftest_t *test) {
   test->input.odometry.time_ms = (uint32_t)test->ticks * TICK_MS;
   int phase = test->ticks % SET_TICKS;
@@ -97,7 +97,7 @@ static void sense(selftest_t *test) {
   }
 }
 
-/** The body follows the setpoint, the odometry the body. */
+/** The body follows the setpoint with a lag, and odometry follows the body. */
 static void move(selftest_t *test, const nav_setpoint_t *setpoint) {
   scan_odometry_t *odometry = &test->input.odometry;
   vec2_t asked = vec2_rotate(setpoint->velocity_body_mps, test->pose.yaw_rad);
@@ -126,7 +126,7 @@ static void command(selftest_t *test) {
   }
 }
 
-/** What was decided in this tick. */
+/** Hash the decisions of this tick. */
 static void add_tick(selftest_t *test, const nav_setpoint_t *setpoint) {
   const nav_t *nav = test->nav;
   add_word(test, setpoint->motors ? 1u : 0u);
@@ -173,7 +173,7 @@ void selftest_start(selftest_t *test, nav_t *nav) {
     test->input.range_m[beam] = -1.0f;
   }
   nav_config_default(&nav->cfg);
-  nav->cfg.watch_rad = 0.0f; // it sees less on the way, so that it has to look and to plan again
+  nav->cfg.watch_rad = 0.0f; // it sees less on the way, so it has to stop, look and replan
   nav_init(nav, &nav->cfg);
 }
 

@@ -7,22 +7,22 @@
 
 enum { X, Y, YAW, BIAS, SCALE, DRIFT_X, DRIFT_Y, DIRECTION };
 
-static const float QUARTER_RAD = 1.57079633f;
-static const float START_SD_M = 0.014f;
-static const float START_SD_RAD = 0.00873f;
-static const float BIAS_WALK_RPS = 5.2e-5f; ///< 0.003 deg/s per square root of a second
-static const float SCALE_WALK = 0.0039f;
-static const float TURN_SD = 0.0080f; ///< of the gyro's scale
-static const float DRIFT_TAU_S = 13.0f;
-static const float DRIFT_LEARN_S = 11.0f; ///< memory of what the drift's size is learned from
-static const float DRIFT_MIN_M2PS2 = 4.0e-6f;
-static const float DRIFT_MAX_M2PS2 = 9.0e-4f;
-static const float SCALE_MAX = 0.3f;
-static const float BIAS_MAX_RPS = 0.035f;
-static const float ROBUST2 = 6.3f; ///< Geman-McClure bound of a direction, squared
-static const float SLOPE_MAX_S_PER_M = 10.0f;
+static const float QUARTER_RAD = 1.57079633f; ///< a right angle
+static const float START_SD_M = 0.014f;       ///< initial standard deviation of x and y
+static const float START_SD_RAD = 0.00873f;   ///< initial standard deviation of the yaw: 0.5 deg
+static const float BIAS_WALK_RPS = 5.2e-5f; ///< gyro bias: 0.003 deg/s per square root of a second
+static const float SCALE_WALK = 0.0039f;    ///< flow scale, per square root of a second
+static const float TURN_SD = 0.0080f;       ///< scale error of the gyro, per radian turned
+static const float DRIFT_TAU_S = 13.0f;     ///< time constant of the drift
+static const float DRIFT_LEARN_S = 11.0f;   ///< time constant with which its variance is learned
+static const float DRIFT_MIN_M2PS2 = 4.0e-6f; ///< variance learned, at least: (2 mm/s)^2
+static const float DRIFT_MAX_M2PS2 = 9.0e-4f; ///< variance learned, at most: (3 cm/s)^2
+static const float SCALE_MAX = 0.3f;          ///< bound of the scale state
+static const float BIAS_MAX_RPS = 0.035f;     ///< bound of the bias state: 2 deg/s
+static const float ROBUST2 = 6.3f;            ///< Geman-McClure bound of a direction, squared
+static const float SLOPE_MAX_S_PER_M = 10.0f; ///< bound of slam_bearing_t.s_per_m
 
-/** Place of a pair of states in the lower triangle. */
+/** Index of the covariance of two states. */
 static int pair(int a, int b) {
   return a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a;
 }
@@ -77,11 +77,12 @@ pose2_t slam_filter_move(slam_filter_t *filter, pose2_t step, float elapsed_s) {
   return step;
 }
 
-/** Transition of the pose over a motion: the identity, and what yaw, bias, scale and drift add. */
+/** Rows x, y and yaw of the transition matrix F over a motion. */
 typedef struct {
   float row[3][DIRECTION];
 } motion_t;
 
+/** A bias turns the motion by its angle half-way, hence 0.5 elapsed_s. */
 static void describe(motion_t *motion, vec2_t moved_m, float yaw_rad, float elapsed_s) {
   sincos_t heading = geometry_sincos(yaw_rad);
   *motion = (motion_t){{
@@ -93,7 +94,7 @@ static void describe(motion_t *motion, vec2_t moved_m, float yaw_rad, float elap
   }};
 }
 
-/** Element (a, s) of F covariance. */
+/** Element (a, s) of F P, where P is the covariance. */
 static float carried(const slam_filter_t *filter, const motion_t *motion, int a, int s) {
   float sum = 0.0f;
   for (int k = 0; k < DIRECTION; k++) {
@@ -102,10 +103,10 @@ static float carried(const slam_filter_t *filter, const motion_t *motion, int a,
   return sum;
 }
 
-/** covariance = F covariance F', where F moves the pose and lets the drift fade. */
+/** P = F P F'. Apart from the rows of `motion`, F is the identity, with `keep` for the drift. */
 __attribute__((noinline)) static void transport(slam_filter_t *filter, const motion_t *motion,
                                                 float keep) {
-  float moved[3][SLAM_STATES]; // rows of F covariance that belong to the pose
+  float moved[3][SLAM_STATES]; // rows x, y and yaw of F P
   for (int a = 0; a < 3; a++) {
     for (int s = 0; s < SLAM_STATES; s++) {
       moved[a][s] = carried(filter, motion, a, s);
@@ -134,7 +135,7 @@ __attribute__((noinline)) static void transport(slam_filter_t *filter, const mot
   }
 }
 
-/** Mean square of the drift as it is believed now: what its size is learned from. */
+/** Move the drift's variance towards the expected square of the present drift. */
 static void learn_drift(slam_filter_t *filter, float elapsed_s) {
   float seen = 0.5f * (vec2_dot(filter->drift_mps, filter->drift_mps) +
                        cov(filter, DRIFT_X, DRIFT_X) + cov(filter, DRIFT_Y, DRIFT_Y));
@@ -196,7 +197,7 @@ bool slam_filter_information(const slam_filter_t *filter, float inverse[3][3]) {
   return slam_filter_invert(pose, inverse);
 }
 
-/** Add to every state its share; the pose turns about the pivot. */
+/** Add a correction to every state; the pose turns about the pivot. */
 static void shift(slam_filter_t *filter, const float off[SLAM_STATES], vec2_t pivot_m) {
   vec2_t arm_m = vec2_rotate(vec2_sub(pose2_position(filter->pose), pivot_m), off[YAW]);
   filter->pose.x_m = pivot_m.x + arm_m.x + off[X];
@@ -210,8 +211,7 @@ static void shift(slam_filter_t *filter, const float off[SLAM_STATES], vec2_t pi
   }
 }
 
-/** gain = covariance[:, pose] prior; state += gain off; covariance -= gain (prior^-1 - posterior)
- * gain'. */
+/** G = P[:, pose] prior; state += G off; P -= G (P[pose, pose] - posterior) G'. */
 __attribute__((noinline)) void slam_filter_correct(slam_filter_t *filter, float prior[3][3],
                                                    const float off[3], float posterior[3][3],
                                                    vec2_t pivot_m) {
@@ -244,7 +244,8 @@ __attribute__((noinline)) void slam_filter_correct(slam_filter_t *filter, float 
   shift(filter, states, pivot_m);
 }
 
-/** Covariance of every state with a measured direction; @return the measurement's own variance. */
+/** Covariance of every state with a direction measured by the present yaw and drift.
+ *  @return variance of that direction, without the error of the measured line itself */
 static float project(const slam_filter_t *filter, const slam_bearing_t *bearing,
                      float seen[SLAM_STATES]) {
   sincos_t across = geometry_sincos(bearing->angle_rad - filter->pose.yaw_rad);
@@ -293,7 +294,7 @@ __attribute__((noinline)) void slam_filter_turn(slam_filter_t *filter,
     return;
   }
   float own = square(bearing->sd_rad);
-  float variance = square(sd_rad) - own + own / square(weight);
+  float variance = square(sd_rad) - own + own / square(weight); // an outlier measures less
   float states[SLAM_STATES];
   for (int s = 0; s < SLAM_STATES; s++) {
     states[s] = seen[s] / variance;

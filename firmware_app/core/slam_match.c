@@ -5,18 +5,18 @@
 #include <math.h>
 #include <string.h>
 
-enum { REACH_CELLS = 5 };
+enum { REACH_CELLS = 5 /* around a beam's end, in which cells are collected */ };
 
-static const uint32_t OCCUPIED_BITS = 0x88888888u;
-static const float FAR_CELLS = 1.0e5f;      ///< a step that diverged: no wall is there
-static const float WEIGHT_MIN = 3.4f;       ///< lighter neighbourhoods are no wall
-static const float LENGTH_MIN_CELLS = 0.4f; ///< shorter ones have no direction
+static const uint32_t OCCUPIED_BITS = 0x88888888u; ///< "occupied" of the eight cells in a word
+static const float FAR_CELLS = 1.0e5f;      ///< coordinates beyond this: the match has diverged
+static const float WEIGHT_MIN = 3.4f;       ///< total weight of cells that make a wall
+static const float LENGTH_MIN_CELLS = 0.4f; ///< standard deviation along a wall, at least
 static const float SQUARE_MIN = 0.765f;     ///< cosine of the largest incidence: 40 degrees
-static const float CONE_SD = 0.020f;    ///< of a range seen obliquely, times tan and sin of that
-static const float ASIDE_MAX_M = 0.10f; ///< of an end from the middle of its wall, along it
-static const float STRAIGHT_M = 1.0f;   ///< a wall of known direction is followed so far
-static const float FADE_M = 0.6f;       ///< where its cells count half
-static const float LINE_SD_M = 0.020f;  ///< of the cells of a wall, at least
+static const float CONE_SD = 0.020f;        ///< range error by the cone, times tan sin of incidence
+static const float ASIDE_MAX_M = 0.10f;     ///< beam end to the wall's middle, along it, at most
+static const float STRAIGHT_M = 1.0f;       ///< a wall of known direction is followed this far
+static const float FADE_M = 0.6f;           ///< distance along it at which a cell's weight is half
+static const float LINE_SD_M = 0.020f;      ///< standard deviation of a wall's cells, at least
 
 /** Weighted moments of the occupied cells around a point, relative to it, in cells. */
 typedef struct {
@@ -24,8 +24,8 @@ typedef struct {
   float x, y, xx, yy, xy;
 } moments_t;
 
-/** What lasts in a cell, relative to a point, and how much speaks for it. @return false if nothing
- */
+/** Obstacle point of a cell, relative to around_cells, and its weight by log-odds.
+ *  @return false if the cell is not occupied, or by something that moved */
 static bool obstacle(const grid_t *grid, int ix, int iy, vec2_t around_cells, vec2_t *off_cells,
                      float *weight) {
   if ((unsigned)ix >= GRID_SIDE_CELLS || (unsigned)iy >= GRID_SIDE_CELLS) {
@@ -77,20 +77,19 @@ static moments_t moments_around(const grid_t *grid, vec2_t p_cells, float kernel
   return sum;
 }
 
-/** A wall near a beam's end: offset from the end to the wall's middle, its normal, and how sharp it
- * is. */
+/** Wall near a beam's end, fitted to the cells around. */
 typedef struct {
-  vec2_t offset_m;
+  vec2_t offset_m; ///< from the beam's end to the wall's middle
   vec2_t normal;
-  float flatness; ///< 0 a blob .. 1 a line
-  float thickness_m2;
-  float length_m2; ///< variance along the wall
-  float weight;    ///< of the cells that it was made from: independent hits, about
+  float flatness;     ///< 0 a blob .. 1 a line
+  float thickness_m2; ///< variance across the wall
+  float length_m2;    ///< variance along the wall
+  float weight;       ///< total weight of its cells: about the number of independent hits
 } wall_t;
 
-/** A wall whose direction is known is straight: move it across to where its cells lie, far along
- * it. What was drawn first holds what is drawn next; by the cells nearby alone a wall bends with
- * the drift of the odometry. */
+/** Place a wall of known direction by its cells up to STRAIGHT_M along it, since such a wall is
+ *  straight. By the cells nearby alone a wall bends with the drift of odometry while it is drawn;
+ *  this way its first cells hold the next ones. */
 __attribute__((noinline)) static void straighten(const grid_t *grid, vec2_t end_cells,
                                                  float kernel_cells2, wall_t *wall) {
   float across = vec2_dot(wall->offset_m, wall->normal) * grid->cells_per_m;
@@ -98,7 +97,7 @@ __attribute__((noinline)) static void straighten(const grid_t *grid, vec2_t end_
   float fade2 = FADE_M * FADE_M * grid->cells_per_m * grid->cells_per_m;
   float weight = 0.0f;
   float sum = 0.0f;
-  float along = -reach;
+  float along = -reach; // samples: every third cell along the wall, three cells across it
   for (int steps = (int)(2.0f * reach / 3.0f); steps >= 0; steps--) {
     float aside = across - 1.0f;
     for (int row = 0; row < 3; row++) {
@@ -123,6 +122,8 @@ __attribute__((noinline)) static void straighten(const grid_t *grid, vec2_t end_
   }
 }
 
+/** Fit a wall to the cells around a beam's end: the eigenvalues of their covariance are the
+ *  variances along and across it. @return false if there is none */
 __attribute__((noinline)) static bool find_wall(const slam_t *slam, const grid_t *grid,
                                                 vec2_t end_m, wall_t *wall) {
   float kernel_cells = slam->cfg.kernel_m * grid->cells_per_m;
@@ -157,9 +158,10 @@ __attribute__((noinline)) static bool find_wall(const slam_t *slam, const grid_t
   return true;
 }
 
-/** One beam end's share: ray leads from the body to the end, arm is the end relative to the newest
- * body, both in map directions. A wall seen obliquely stands too near, because a cone reports what
- * is nearest in it; and a line reaches no farther than what it was drawn from. */
+/** Add one beam end to the normal equations. ray_m leads from the body to the end, arm_m from the
+ *  body's newest position to the end, both along the map's axes. Ends at oblique incidence are left
+ *  out, because a cone reports what is nearest in it and the wall appears too near; so are ends far
+ *  along the wall from its middle, where the line would be extrapolated. */
 static void add_end(const slam_t *slam, const wall_t *wall, vec2_t arm_m, vec2_t ray_m,
                     float range_m, slam_match_t *match) {
   float square_m = vec2_dot(wall->normal, ray_m);

@@ -5,31 +5,38 @@
 #include <math.h>
 #include <string.h>
 
-enum { KNOWN_MIN = 3 /* lines before a direction counts as known */ };
-enum { POINTS_MIN = 6, POINTS_TO_JUDGE = 4, POINTS_MAX = 250, GAP_MS = 600, MEMORY = 60 };
+enum { KNOWN_MIN = 3 /* lines before a direction is used to straighten walls */ };
+enum {
+  POINTS_MIN = 6,      ///< points of a line that is a measurement
+  POINTS_TO_JUDGE = 4, ///< points of a line from which a new one may deviate
+  POINTS_MAX = 250,    ///< points of a line, for its counter of 8 bits
+  GAP_MS = 600,        ///< longest time between two points of a line
+  MEMORY = 60          ///< lines after which the counts of agreeing and differing are halved
+};
 
-static const float LENGTH_MAX_M = 1.6f;
-static const float LENGTH_MIN_M = 0.42f; ///< at no distance
-static const float LENGTH_MIN_PER_M = 0.097f;
-static const float THICKNESS_M = 0.066f;
-static const float TURN_MAX_RAD = 0.21f;
-static const float STEP_M = 0.15f;     ///< farther from the last point, and per metre of range ...
-static const float STEP_PER_M = 0.15f; ///< ... a new wall begins
-static const float ASIDE_M = 0.037f;   ///< likewise aside of the line, at no distance; twice at 1 m
-static const float SQUARE_MIN = 0.82f; ///< cosine of the largest incidence that counts: 35 degrees
-static const float NOISE_M = 0.006f;   ///< of a beam's end, at least
-static const float NOISE_PER_M = 0.01f;
-static const float WALLS_SD_RAD = 0.0053f; ///< of walls themselves: none is built straight
-static const float SAME_RAD = 0.18f;       ///< farther from a known direction it is another one
-static const float AGREE_RAD = 0.07f;
-static const float KNOWN_COS = 0.906f; ///< 25 degrees: a wall drawn so near to a direction has it
-static const float PROVEN = 0.6f;      ///< share of agreeing lines: chance gives a third at most
+static const float LENGTH_MAX_M = 1.6f;       ///< a line ends at this length
+static const float LENGTH_MIN_M = 0.42f;      ///< shortest line that is a measurement, at range 0
+static const float LENGTH_MIN_PER_M = 0.097f; ///< growth of LENGTH_MIN_M with range
+static const float THICKNESS_M = 0.066f;      ///< largest standard deviation across, at range 1.4 m
+static const float TURN_MAX_RAD = 0.21f;      ///< largest turn of the body during a line
+static const float STEP_M = 0.15f;            ///< farthest next point of a line, at range 0
+static const float STEP_PER_M = 0.15f;        ///< growth of STEP_M with range
+static const float ASIDE_M = 0.037f;          ///< largest offset across, at range 0; twice at 1 m
+static const float SQUARE_MIN = 0.82f;        ///< cosine of the largest incidence: 35 degrees
+static const float NOISE_M = 0.006f;       ///< standard deviation of a point, at least, at range 0
+static const float NOISE_PER_M = 0.01f;    ///< growth of NOISE_M with range
+static const float WALLS_SD_RAD = 0.0053f; ///< by how much real walls deviate from straight
+static const float SAME_RAD = 0.18f;       ///< a line this near to a known direction belongs to it
+static const float AGREE_RAD = 0.07f;      ///< a line agrees within this and 2 standard deviations
+static const float KNOWN_COS = 0.906f;     ///< a wall within 25 degrees of a direction has it
+static const float PROVEN = 0.6f; ///< share of agreeing lines; chance gives a third at most
 
+/** Line fitted to a beam's ends. */
 typedef struct {
-  vec2_t middle_m; ///< relative to the first point
-  vec2_t along;
-  float length2_m2; ///< variances along and across
-  float thickness2_m2;
+  vec2_t middle_m;     ///< relative to the first point
+  vec2_t along;        ///< unit vector
+  float length2_m2;    ///< variance along
+  float thickness2_m2; ///< variance across
 } fit_t;
 
 static fit_t fit(const slam_line_t *line) {
@@ -55,12 +62,12 @@ static float cross(vec2_t a, vec2_t b) {
   return a.x * b.y - a.y * b.x;
 }
 
-/** Length of an evenly covered line of that variance. */
+/** Length of an evenly covered line whose points have this variance along it. */
 static float length_m(float variance_m2) {
   return sqrtf(12.0f * variance_m2);
 }
 
-/** The line ends: is it a measurement? */
+/** A line has ended. @return true if it is a measurement: long, thin and seen squarely */
 static bool complete(const slam_line_t *line, float range_m, vec2_t ray, slam_bearing_t *bearing) {
   if (line->count < POINTS_MIN) {
     return false;
@@ -73,7 +80,7 @@ static bool complete(const slam_line_t *line, float range_m, vec2_t ray, slam_be
                   fabsf(cross(ray, found.along)) > SQUARE_MIN;
   if (straight) {
     float across_m2 = geometry_clamp(found.thickness2_m2, noise_m * noise_m, 1.0f);
-    float variance = across_m2 / ((float)line->count * found.length2_m2);
+    float variance = across_m2 / ((float)line->count * found.length2_m2); // of the slope
     float run_m = vec2_dot(line->last_m, found.along);
     bearing->angle_rad = geometry_atan2(found.along.y, found.along.x);
     bearing->sd_rad = sqrtf(variance + WALLS_SD_RAD * WALLS_SD_RAD);
@@ -82,7 +89,7 @@ static bool complete(const slam_line_t *line, float range_m, vec2_t ray, slam_be
   return straight;
 }
 
-/** The beam's end no longer belongs to the line. */
+/** Does the line end because this point does not belong to it, or because it is long enough? */
 static bool breaks(const slam_line_t *line, vec2_t point_m, float range_m) {
   if (vec2_distance(point_m, line->last_m) > STEP_M + STEP_PER_M * range_m) {
     return true;
@@ -123,8 +130,7 @@ bool slam_walls_add(slam_walls_t *walls, const scan_frame_t *frame, pose2_t dead
   slam_line_t *line = &walls->lines[beam];
   bool hit = (frame->hit >> beam & 1) != 0;
   float range_m = frame->range_m[beam];
-  sincos_t direction = geometry_sincos(dead_then.yaw_rad + scan_bearing_rad(beam));
-  vec2_t ray = {direction.cos, direction.sin};
+  vec2_t ray = vec2_towards(dead_then.yaw_rad + scan_bearing_rad(beam));
   vec2_t end_m = vec2_add(pose2_position(dead_then), vec2_scale(ray, range_m));
   bool completed = false;
   if (line->count > 0) {
@@ -147,7 +153,7 @@ bool slam_walls_add(slam_walls_t *walls, const scan_frame_t *frame, pose2_t dead
   return completed;
 }
 
-/** Count a line for or against; the past fades. */
+/** Count a line as agreeing or differing, and let older ones fade. */
 static void count(slam_walls_t *walls, bool agrees) {
   if (walls->agreeing + walls->differing >= MEMORY) {
     walls->agreeing /= 2;
@@ -157,8 +163,8 @@ static void count(slam_walls_t *walls, bool agrees) {
   walls->differing = (uint8_t)(walls->differing + !agrees);
 }
 
-/** Where a direction that is not known yet may be kept: unused, or spoken for least and worn out.
- */
+/** Index for a new direction: an unused one, or the one with the fewest lines after it has lost its
+ *  last one; each call takes one line off it. @return -1 if none is free */
 static int place_for_new(slam_walls_t *walls) {
   int least = 0;
   for (int i = 0; i < SLAM_DIRECTIONS; i++) {

@@ -5,11 +5,11 @@
 #include <string.h>
 
 enum {
-  HULL_POINTS = 24,
-  PASSES_MAX = 4,
+  HULL_POINTS = 24, ///< capacity of a chain
+  PASSES_MAX = 4,   ///< most passes of hulls
 };
 
-static const float LEAST_GAIN_CELLS = 1.0f / 256.0f;
+static const float LEAST_GAIN_CELLS = 1.0f / 256.0f; ///< a smaller one does not count as shorter
 
 /** Obstacle corners in the triangle a, b, c (counter-clockwise), as a convex chain from a to c. */
 typedef struct {
@@ -32,7 +32,8 @@ static void remove_points(taut_t *taut, int first, int count) {
   taut->count = (uint8_t)(taut->count - count);
 }
 
-/** From the point in turn go straight to the last one in sight. @return true at the end */
+/** Remove the points between the present one and the last one that it sees, then go on to the next.
+ * @return true at the end of the path */
 static bool shortcut(taut_t *taut, const clearance_t *clearance) {
   int to = taut->count - 1;
   while (to > taut->at + 1 &&
@@ -46,7 +47,7 @@ static bool shortcut(taut_t *taut, const clearance_t *clearance) {
   return taut->at + 2 >= taut->count;
 }
 
-/** Extend [low, high] by the part of the edge p, q between the heights y0 and y1. */
+/** Extend [low, high] by the x of the part of the edge p, q that lies between y0 and y1. */
 static void span_of_edge(lattice_t p, lattice_t q, int32_t y0, int32_t y1, int32_t *low,
                          int32_t *high) {
   if (p.y > q.y) {
@@ -67,13 +68,16 @@ static void span_of_edge(lattice_t p, lattice_t q, int32_t y0, int32_t y1, int32
   *high = to > *high ? to : *high;
 }
 
-/** In the triangle, and not on the line that the way would take were there no corners. */
+/** True if p lies in the triangle, but not on the side from a to c: that is the straight path, and
+ * needs no point. */
 static bool inside(const hull_t *hull, lattice_t p) {
   return lattice_cross(hull->a, hull->b, p) >= 0 && lattice_cross(hull->b, hull->c, p) >= 0 &&
          lattice_cross(hull->a, p, hull->c) > 0;
 }
 
-/** Put a corner into the chain if it sticks out of it. @return false if there is no room */
+/** Extend the convex chain by a corner, unless the chain encloses it already. The pieces that see
+ * the corner on their outer side are contiguous, and the corner takes their place. @return false if
+ * there is no room */
 static bool add_corner(hull_t *hull, lattice_t p) {
   int first = -1;
   int last = -1;
@@ -98,7 +102,8 @@ static bool add_corner(hull_t *hull, lattice_t p) {
   return true;
 }
 
-/** Corners among 32 vertices of row iy, of those that `columns` lets through. */
+/** Add the corners among the 32 vertices of a word of row iy whose bits are set in `columns`.
+ * @return false if there is no room */
 static bool add_corners(hull_t *hull, const clearance_t *clearance, int iy, int word,
                         uint32_t columns) {
   uint32_t kinds[CLEARANCE_CORNER_KINDS];
@@ -111,7 +116,8 @@ static bool add_corners(hull_t *hull, const clearance_t *clearance, int iy, int 
       kind++;
     }
     lattice_t p = clearance_past_corner(word * 32 + i, iy, (clearance_corner_t)kind);
-    // Of a corner at b itself the obstacle may lie on the other side: sight tells whether b stays.
+    // The obstacle of a corner at b may lie outside the triangle. If b is needed, the chain without
+    // it is not in sight and tighten() keeps b.
     bool known =
         lattice_equal(p, hull->a) || lattice_equal(p, hull->b) || lattice_equal(p, hull->c);
     if (!known && inside(hull, p) && !add_corner(hull, p)) {
@@ -121,7 +127,8 @@ static bool add_corners(hull_t *hull, const clearance_t *clearance, int iy, int 
   return true;
 }
 
-/** All corners of one row of vertices that may lie in the triangle. */
+/** Add the corners on one row of vertices that lie in the triangle. @return false if there is no
+ * room */
 static bool add_row(hull_t *hull, const clearance_t *clearance, int iy) {
   int32_t y0 = iy * LATTICE_PER_CELL - CLEARANCE_CORNER_STEPS;
   int32_t y1 = iy * LATTICE_PER_CELL + CLEARANCE_CORNER_STEPS;
@@ -149,6 +156,7 @@ static int32_t min3(int32_t a, int32_t b, int32_t c) {
   return least < c ? least : c;
 }
 
+/** Add all corners that lie in the triangle. @return false if there is no room */
 __attribute__((noinline)) static bool find_hull(hull_t *hull, const clearance_t *clearance) {
   int32_t low = min3(hull->a.y, hull->b.y, hull->c.y);
   int32_t high = -min3(-hull->a.y, -hull->b.y, -hull->c.y);
@@ -163,7 +171,7 @@ __attribute__((noinline)) static bool find_hull(hull_t *hull, const clearance_t 
   return true;
 }
 
-/** Length from a over the chain to c; negative if a piece is not in sight. */
+/** Length from a along the chain to c; negative if one of its pieces is not in sight. */
 static float chain_length(const hull_t *hull, const clearance_t *clearance) {
   float length_cells = 0.0f;
   lattice_t from = hull->a;
@@ -178,7 +186,7 @@ static float chain_length(const hull_t *hull, const clearance_t *clearance) {
   return length_cells;
 }
 
-/** Put the chain in the place of point `at`. */
+/** Replace point `at` by the chain. */
 static void replace_point(taut_t *taut, int at, const hull_t *hull) {
   memmove(&taut->points[at + hull->count], &taut->points[at + 1],
           (size_t)(taut->count - at - 1) * sizeof *taut->points);
@@ -186,7 +194,7 @@ static void replace_point(taut_t *taut, int at, const hull_t *hull) {
   taut->count = (uint8_t)(taut->count + hull->count - 1);
 }
 
-/** The hull in place of point `at`, if that is shorter. @return points there now */
+/** Replace point `at` by the hull if that is shorter. @return number of points in its place now */
 static int tighten(taut_t *taut, const clearance_t *clearance, int at) {
   lattice_t a = taut->points[at - 1];
   lattice_t b = taut->points[at];
@@ -215,6 +223,7 @@ static void end_of_pass(taut_t *taut) {
   taut->at = 0;
 }
 
+/** Before the first hulls, shortcuts are taken from the goal backwards, too. */
 static void end_of_shortcuts(taut_t *taut) {
   bool again = taut->stage == TAUT_SHORTCUT && taut->passes == 0;
   if (taut->stage == TAUT_SHORTCUT_BACK || again) {

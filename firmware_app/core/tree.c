@@ -5,9 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-enum { BUCKET_BITS = 15 - 3 /* 8 buckets over the 15 bits of a coordinate */ };
+enum { BUCKET_BITS = 15 - 3 /* a coordinate has 15 bits, its upper 3 choose the bucket */ };
 
-static const float DROPPED = -1.0f;
+static const float DROPPED = -1.0f; ///< cost of a dropped node
 static const float CELLS_PER_STEP = 1.0f / LATTICE_PER_CELL;
 
 static int bucket_of(lattice_t at) {
@@ -44,7 +44,7 @@ static void unlink_child(tree_t *tree, int child) {
   *link = tree->nodes[child].sibling;
 }
 
-/** Cost of a node by that of its parent. */
+/** Cost of a node, from the cost of its parent. */
 static float cost_of(const tree_t *tree, int node) {
   const tree_node_t *below = &tree->nodes[node];
   const tree_node_t *above = &tree->nodes[below->parent];
@@ -88,7 +88,7 @@ void tree_drop(tree_t *tree, int node) {
   tree->dropped = (int16_t)node;
 }
 
-/** The node after i in a walk through everything below root; TREE_NONE at its end. */
+/** The node after i in a depth-first walk through the subtree of root; TREE_NONE at its end. */
 static int next_below(const tree_t *tree, int root, int i) {
   if (tree->nodes[i].child != TREE_NONE) {
     return tree->nodes[i].child;
@@ -99,14 +99,14 @@ static int next_below(const tree_t *tree, int root, int i) {
   return i == root ? TREE_NONE : tree->nodes[i].sibling;
 }
 
-/** Add to the costs of a node and of all below it. */
+/** Add to the costs of a node and its descendants. */
 static void add_cost(tree_t *tree, int top, float cost_cells) {
   for (int i = top; i != TREE_NONE; i = next_below(tree, top, i)) {
     tree->nodes[i].cost_cells += cost_cells;
   }
 }
 
-/** Costs of a node and of all below it, from scratch. */
+/** Compute the costs of a node and its descendants from that of its parent. */
 static void update_costs(tree_t *tree, int top) {
   for (int i = top; i != TREE_NONE; i = next_below(tree, top, i)) {
     tree->nodes[i].cost_cells = cost_of(tree, i);
@@ -120,6 +120,7 @@ void tree_move(tree_t *tree, int node, int parent) {
 }
 
 void tree_join(tree_t *tree, int to, int from_start) {
+  // Reverse the edges from from_start up to the root of its tree.
   int above = to;
   int i = from_start;
   while (i != TREE_NONE) {
@@ -131,6 +132,7 @@ void tree_join(tree_t *tree, int to, int from_start) {
     above = i;
     i = parent;
   }
+  // Append the start's buckets to those of the goal.
   for (int b = 0; b < TREE_BUCKETS; b++) {
     int16_t *link = &tree->buckets[TREE_OF_GOAL][b];
     while (*link != TREE_NONE) {
@@ -142,11 +144,12 @@ void tree_join(tree_t *tree, int to, int from_start) {
   update_costs(tree, from_start);
 }
 
+/** A search for the nearest node. */
 typedef struct {
   const tree_t *tree;
   const int16_t *buckets;
   lattice_t at;
-  uint32_t squared;
+  uint32_t squared; ///< squared distance of the nearest node so far [lattice steps^2]
   int node;
 } nearest_t;
 
@@ -161,7 +164,7 @@ static void look_in_bucket(nearest_t *nearest, int bx, int by) {
   }
 }
 
-/** The buckets that are `ring` away from (bx, by). */
+/** Search the square ring of buckets that are `ring` buckets away from (bx, by). */
 static void look_in_ring(nearest_t *nearest, int bx, int by, int ring) {
   for (int y = by - ring; y <= by + ring; y++) {
     if (y < 0 || y >= TREE_BUCKET_SIDE) {
@@ -180,7 +183,7 @@ static int32_t smaller(int32_t a, int32_t b) {
   return a < b ? a : b;
 }
 
-/** From a place out of the square of buckets nearer than `ring`. */
+/** Distance from a point to the nearest bucket of a ring around it [lattice steps]. */
 static int32_t steps_to_ring(lattice_t at, int ring) {
   const int32_t side = 1 << BUCKET_BITS;
   int32_t x = at.x & (side - 1);
@@ -203,7 +206,7 @@ int tree_nearest(const tree_t *tree, tree_side_t side, lattice_t at) {
   return nearest.node;
 }
 
-/** Take a node among the near ones; of too many, the farthest goes. */
+/** Add a node to the near ones; if there are too many, the farthest is left out. */
 static void take(tree_near_t *near, int node, float distance_cells) {
   int place = near->count;
   if (place == TREE_NEAR) {
@@ -221,6 +224,7 @@ static void take(tree_near_t *near, int node, float distance_cells) {
   near->distance_cells[place] = distance_cells;
 }
 
+/** Bucket column or row of a coordinate, clamped to the grid. */
 static int bucket_within(int32_t steps) {
   return steps < 0 ? 0 : steps > LATTICE_MAX ? TREE_BUCKET_SIDE - 1 : steps >> BUCKET_BITS;
 }

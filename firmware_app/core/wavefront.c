@@ -7,13 +7,14 @@
 enum {
   LABELS = 3,
   NEIGHBOURS = 8,
-  STRAIGHT = 4, ///< of the neighbours; the others are diagonal
+  STRAIGHT = 4, ///< the first four neighbours are straight, the others diagonal
 };
 
 static uint32_t label_of(uint32_t wave) {
   return wave % LABELS + 1u;
 }
 
+/** True if this wave goes to all 8 neighbours. */
 static bool is_diagonal(uint32_t wave) {
   return (wave & 1u) == 0u;
 }
@@ -59,13 +60,14 @@ void wavefront_limit(wavefront_t *wave, grid_cell_t low, grid_cell_t high) {
   grid_columns(low.ix, high.ix, wave->columns);
 }
 
-/** Cells of a row that the last wave reached, and those that a way may go through. */
+/** One row as a wave needs it. */
 typedef struct {
-  uint32_t front[GRID_BIT_WORDS];
-  uint32_t open[GRID_BIT_WORDS];
+  uint32_t front[GRID_BIT_WORDS]; ///< cells that the last wave reached
+  uint32_t open[GRID_BIT_WORDS];  ///< cells that a wave may enter
 } wave_row_t;
 
-/** A row outside the limits has nothing. */
+/** Read row iy; outside the limits it is empty. The front may include cells of earlier waves with
+ * the same label, whose neighbours were all reached before. */
 static void read_row(const wavefront_t *wave, const clearance_t *clearance, const grid_t *grid,
                      int iy, wave_row_t *row) {
   memset(row, 0, sizeof *row);
@@ -94,7 +96,8 @@ static uint32_t sideways(const uint32_t bits[GRID_BIT_WORDS], int i) {
   return from_left | from_right;
 }
 
-/** Cells of word i of `here` to which a wave steps diagonally from another row, past open cells. */
+/** Cells of word i of row `here` that a wave reaches by a diagonal step from the front of the row
+ * `from`, where both cells beside the step are open. */
 static uint32_t diagonal(const wave_row_t *from, const wave_row_t *here, int i) {
   uint32_t left = i > 0 ? from->front[i - 1] & here->open[i - 1] : 0u;
   uint32_t right = i + 1 < GRID_BIT_WORDS ? from->front[i + 1] & here->open[i + 1] : 0u;
@@ -102,14 +105,14 @@ static uint32_t diagonal(const wave_row_t *from, const wave_row_t *here, int i) 
   return (passing << 1 | left >> 31 | passing >> 1 | right << 31) & from->open[i];
 }
 
-/** True if the last wave reached a cell in or beside word i of three rows. */
+/** True if a cell of the front is in word i or beside it. @param front  union of three rows */
 static bool near_front(const uint32_t front[GRID_BIT_WORDS], int i) {
   uint32_t left = i > 0 ? front[i - 1] >> 31 : 0u;
   uint32_t right = i + 1 < GRID_BIT_WORDS ? front[i + 1] << 31 : 0u;
   return (front[i] | left | right) != 0u;
 }
 
-/** Cells of the row never observed; outside the grid there is nothing to observe. */
+/** Unknown cells of the row; none outside the grid, where there is nothing to observe. */
 static void unknown_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS]) {
   bool inside = iy >= 0 && iy < GRID_SIDE_CELLS;
   grid_known_row(grid, iy, bits);
@@ -118,7 +121,7 @@ static void unknown_row(const grid_t *grid, int iy, uint32_t bits[GRID_BIT_WORDS
   }
 }
 
-/** Note which of these cells of a row have an unobserved neighbour. */
+/** Note which of the cells that a wave has just reached in a row have an unknown neighbour. */
 static void meet(wavefront_t *wave, const grid_t *grid, int iy,
                  const uint32_t fresh[GRID_BIT_WORDS]) {
   uint32_t above[GRID_BIT_WORDS];
@@ -133,12 +136,12 @@ static void meet(wavefront_t *wave, const grid_t *grid, int iy,
       int bit = __builtin_ctz(cells);
       wave->met_ix[wave->met] = (uint8_t)(i * 32 + bit);
       wave->met_iy[wave->met++] = (uint8_t)iy;
-      cells &= ~(0xFFu << (bit & ~7));
+      cells &= ~(0xFFu << (bit & ~7)); // one of each eight columns is enough
     }
   }
 }
 
-/** Give these cells of a row the label of the new wave. */
+/** Label the cells that a wave has just reached in a row. */
 static void label_row(wavefront_t *wave, const grid_t *grid, int iy,
                       const uint32_t fresh[GRID_BIT_WORDS]) {
   uint32_t label = label_of(wave->waves + 1u);
@@ -155,7 +158,7 @@ static void label_row(wavefront_t *wave, const grid_t *grid, int iy,
   }
 }
 
-/** Spread the wave into row iy. @return true if it reached anything there */
+/** Spread the next wave into row iy. @return true if it reached a cell there */
 __attribute__((noinline)) static bool spread_into(wavefront_t *wave, const grid_t *grid, int iy,
                                                   const wave_row_t *below, const wave_row_t *here,
                                                   const wave_row_t *above) {
@@ -189,7 +192,8 @@ static bool row_in(const uint32_t rows[GRID_BIT_WORDS], int iy) {
   return (rows[iy / 32] >> (iy % 32) & 1u) != 0u;
 }
 
-/** One wave over the rows at and beside those of the last. @return true if it reached anything */
+/** Spread one wave; only rows of the last wave and beside them can be reached. @return true if it
+ * reached a cell */
 static bool one_wave(wavefront_t *wave, const clearance_t *clearance, const grid_t *grid) {
   uint32_t touched[GRID_BIT_WORDS];
   uint32_t reached[GRID_BIT_WORDS] = {0u};
@@ -200,7 +204,7 @@ static bool one_wave(wavefront_t *wave, const clearance_t *clearance, const grid
     touched[i] = wave->rows[i] | sideways(wave->rows, i);
   }
   for (int iy = 0; iy < GRID_SIDE_CELLS; iy++) {
-    if (!row_in(touched, iy)) {
+    if (!row_in(touched, iy)) { // skip it, or the rest of its word if that is empty
       iy = touched[iy / 32] >> (iy % 32) == 0u ? iy | 31 : iy;
       continue;
     }
@@ -233,7 +237,7 @@ void wavefront_aim(wavefront_t *wave, grid_cell_t target, int waves) {
   wave->status = WAVEFRONT_REACHED;
 }
 
-/** Look in one row for a reached cell that is nearer to the point. */
+/** Find a reached cell of row iy that is nearer to the point than *squared [cells^2], if any. */
 static void nearest_in_row(const wavefront_t *wave, int iy, vec2_t point, float *squared,
                            grid_cell_t *cell) {
   float dy = (float)iy + 0.5f - point.y;
@@ -266,9 +270,9 @@ static lattice_t centre_of(grid_cell_t cell) {
                      (int16_t)(cell.iy * LATTICE_PER_CELL + half)};
 }
 
-/** The neighbour that wave k reached `cell` from. Straight neighbours differ by one wave at most,
- * so there three labels tell all. A diagonal one may differ by two; but then the cells beside the
- * step are not of the cell's own wave. */
+/** The neighbour from which wave k reached `cell`. Wave numbers of straight neighbours differ by at
+ * most one, so that labels modulo 3 are unambiguous. Those of diagonal neighbours may differ by
+ * two; but then the two cells beside the step do not both belong to wave k. */
 static grid_cell_t step_back(const wavefront_t *wave, grid_cell_t cell, uint32_t k) {
   static const int8_t dx[NEIGHBOURS] = {1, -1, 0, 0, 1, 1, -1, -1};
   static const int8_t dy[NEIGHBOURS] = {0, 0, 1, -1, 1, -1, 1, -1};
@@ -285,7 +289,8 @@ static grid_cell_t step_back(const wavefront_t *wave, grid_cell_t cell, uint32_t
   return cell;
 }
 
-/** One step back along the wave. @return false if the path is full */
+/** Walk one cell back; where it goes out of sight of the path's last point, add a point. @return
+ * false if the path is full */
 static bool walk_step(wavefront_t *wave, const clearance_t *clearance, lattice_t *path,
                       int capacity) {
   grid_cell_t next = step_back(wave, wave->at, wave->waves - wave->walked);

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file wavefront.h  Exact reachability over the clearance bits, and a near shortest way.
- *  A wave from the root over whole words of bits at a time. Waves go to the 4 neighbours and to the
- * 8 neighbours in turn, so that equal waves are octagons and no way is taken for more than 12 %
- * longer or shorter, against another, than it is. A reached cell keeps its wave number modulo 3 in
- * two bits, which is enough to walk back: 4,096 bytes, no queue, no heap. A diagonal step needs
- * both cells beside it free, so reachability is that of 4 neighbours: exact for the rule that a
- * body may not squeeze between two blocked cells that touch at a corner. It stands in for A*, whose
- * open list does not fit beside the bits. Sliced by waves; the slicing does not change the result.
- */
+/** @file wavefront.h  Breadth-first waves over the clearance bits: what can be reached, and a path.
+ *
+ * Waves spread from a root cell, 32 cells of a row at a time, in turn to the 4 and to the 8
+ * neighbours. So the cells of equal wave number form octagons, and path lengths measured in waves
+ * are at most 12 % off relative to each other. A reached cell keeps its wave number modulo 3 in two
+ * bits, which is enough to walk back to the root: 4,096 bytes, no queue, no heap.
+ *
+ * A diagonal step needs both cells beside it free, because a body may not squeeze between two
+ * blocked cells that touch at a corner. So the cells reached are exactly the 4-connected region of
+ * the root.
+ *
+ * This stands in for A*, whose open list does not fit into the memory. The work is done wave by
+ * wave; the slicing does not change the result. */
 #ifndef WAVEFRONT_H
 #define WAVEFRONT_H
 
@@ -22,55 +26,56 @@ enum { WAVEFRONT_WALKING = -1, WAVEFRONT_MET = 64 };
 
 typedef enum {
   WAVEFRONT_RUNNING,
-  WAVEFRONT_REACHED,   ///< the target was met
-  WAVEFRONT_EXHAUSTED, ///< everything reachable is labelled and the target is not among it
+  WAVEFRONT_REACHED,   ///< the wave has reached the target
+  WAVEFRONT_EXHAUSTED, ///< everything reachable is labelled, and the target is not part of it
 } wavefront_status_t;
 
-/** What the wave looks for, and where it may go. */
+/** Where the wave may go, and when it ends. */
 typedef enum {
-  WAVEFRONT_TO_CELL,    ///< the target cell
-  WAVEFRONT_OBSERVED,   ///< nothing: label all that can be reached through observed cells
-  WAVEFRONT_EVERYWHERE, ///< nothing: label all that can be reached
+  WAVEFRONT_TO_CELL,    ///< through free cells, until it reaches the target
+  WAVEFRONT_OBSERVED,   ///< through observed free cells, to the end; reports frontiers
+  WAVEFRONT_EVERYWHERE, ///< through free cells, to the end
 } wavefront_kind_t;
 
 typedef struct {
-  uint32_t low[GRID_SIDE_CELLS * GRID_BIT_WORDS]; ///< label = low + 2 high; 0 not reached, else
-                                                  ///< wave % 3 + 1
+  /** Label of a cell = low + 2 high: 0 if not reached, else wave number % 3 + 1. */
+  uint32_t low[GRID_SIDE_CELLS * GRID_BIT_WORDS];
   uint32_t high[GRID_SIDE_CELLS * GRID_BIT_WORDS];
   uint32_t rows[GRID_BIT_WORDS];    ///< rows in which the last wave reached a cell
-  uint32_t columns[GRID_BIT_WORDS]; ///< that the wave may enter
-  int16_t first_row, last_row;      ///< likewise
+  uint32_t columns[GRID_BIT_WORDS]; ///< columns that the wave may enter
+  int16_t first_row, last_row;      ///< rows that the wave may enter
   wavefront_kind_t kind;
   grid_cell_t root;
-  grid_cell_t target; ///< the cell met, once reached
-  uint16_t waves;     ///< so far; once reached: to the target
-  uint16_t walked;    ///< steps back from the target
-  grid_cell_t at;     ///< where the walk is
-  int points;         ///< of its path
+  grid_cell_t target;
+  uint16_t waves;  ///< number of the last wave; once the target is reached, of the wave there
+  uint16_t walked; ///< steps of the walk back from the target
+  grid_cell_t at;  ///< cell of the walk
+  int points;      ///< points of its path so far
   wavefront_status_t status;
-  /** WAVEFRONT_OBSERVED: cells beside unobserved ones that the last wave reached; of each eight in
-   * a row one, of all the first so many. */
+  /** WAVEFRONT_OBSERVED: cells with an unknown neighbour that the last wave reached, at most one of
+   * each eight columns of a row and WAVEFRONT_MET in all. */
   uint8_t met_ix[WAVEFRONT_MET], met_iy[WAVEFRONT_MET];
   uint8_t met;
 } wavefront_t;
 
-/** Begin at the root cell, which is taken as free: from a blocked place give the nearest free cell
- *  (clearance_nearest_free). The target counts for WAVEFRONT_TO_CELL alone. */
+/** Begin at the root cell, which is taken as free. The target counts for WAVEFRONT_TO_CELL only. */
 void wavefront_start(wavefront_t *wave, wavefront_kind_t kind, grid_cell_t root,
                      grid_cell_t target);
-/** Keep the wave in these cells, both included; root and target must be among them. */
+/** Limit the wave to a rectangle, both corners included; root and target must lie in it. Not for
+ * WAVEFRONT_OBSERVED. */
 void wavefront_limit(wavefront_t *wave, grid_cell_t low, grid_cell_t high);
-/** Advance up to max_waves. The grid is read for WAVEFRONT_OBSERVED alone. */
+/** Spread up to max_waves waves. Only WAVEFRONT_OBSERVED reads the grid. */
 wavefront_status_t wavefront_extend(wavefront_t *wave, const clearance_t *clearance,
                                     const grid_t *grid, int max_waves);
 bool wavefront_reached(const wavefront_t *wave, int ix, int iy);
-/** Let a cell that wave number `waves` reached be the target. */
+/** Make a cell that wave number `waves` reached the target. */
 void wavefront_aim(wavefront_t *wave, grid_cell_t target, int waves);
-/** Reached cell nearest to the point (in cells). */
+/** The reached cell whose centre is nearest to the point. */
 grid_cell_t wavefront_nearest(const wavefront_t *wave, vec2_t point_cells);
-/** Once the target is met: walk back from it to the root, max_steps at a time. The path's points
- * are cell centres, each in sight of the next; it must be the same array until the end is reached.
- *  @return points at the end; WAVEFRONT_WALKING before; 0 if more than capacity are needed */
+/** Once the target is reached: walk back from it to the root, max_steps at a time. The points of
+ * the path are cell centres, each in sight of the next; `path` must be the same array in all calls.
+ * @return number of points once the root is reached; WAVEFRONT_WALKING before; 0 if more than
+ * capacity are needed */
 int wavefront_path(wavefront_t *wave, const clearance_t *clearance, lattice_t *path, int capacity,
                    int max_steps);
 

@@ -10,6 +10,8 @@ static const float MILLIMETRES_MAX = 32767.0f;
 
 enum { HEADER_BYTES = 2, RECORD_BYTES = 11 };
 
+/* put_...: write a value, little-endian, and return the place behind it. get_...: read one. */
+
 static uint8_t *put_u8(uint8_t *p, uint8_t value) {
   *p = value;
   return p + 1;
@@ -197,8 +199,9 @@ int wire_encode(const wire_message_t *message, uint8_t *packet) {
   return (int)(p - packet);
 }
 
-/** Bytes of a packet of this type; -1 if there is no such type. The length of one with points
- * depends on their count. */
+/** Length that the packet must have by its type and count of elements; -1 if the type is unknown.
+ * A packet of at most WIRE_PACKET_BYTES with this length has no larger count than its array in
+ * wire_message_t. */
 static int length_of(const uint8_t *packet, int length) {
   switch (packet[1]) {
   case WIRE_HELLO:

@@ -1,41 +1,47 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma GCC optimize("fp-contract=off")
-/* Pieces of the map. Payload, bit after bit, lowest first; each tile is one of
- *   0, unknown; 1, free (2 bits): with its length less one (4 bits), a run of tiles all alike;
- *   2 mixed (2 bits): dense (1 bit), cells, whole (1 bit), points;
- *   3 (2 bits): the end, also where fewer bits are left.
- * Cells are told by how they differ from what their neighbours to the west and south let expect,
- * as in the median predictor of JPEG-LS (Weinberger, Seroussi, Sapiro 2000): a nibble says how many
- * cells are as expected, 15 that so many are and nothing else; behind a smaller one a bit says
- * which of the two other states follows. Where that takes more than 13 bytes they are dense: five
- * cells a byte, to the base of 3. Points: of each occupied cell a bit, and six of its place if it
- * has one; of all in order if whole, else from a cell (6 bits) on, round, until fewer than 7 bits
- * are left. */
+/* Encoding of the pieces of the map.
+ *
+ * The payload is a sequence of items, packed with the lowest bit first. An item begins with its
+ * kind (2 bits):
+ *   0 or 1: a run of tiles that are all unknown (0) or all free (1); length - 1 (4 bits);
+ *   2: one mixed tile: dense (1 bit), cells, whole (1 bit), points;
+ *   3: end of the piece; left out if fewer than 2 bits are left.
+ *
+ * Cells, sparse: each cell is predicted from its neighbours to the west and south, as in the median
+ * predictor of JPEG-LS (Weinberger, Seroussi, Sapiro 2000). A nibble tells how many cells are as
+ * predicted. 15 means 15 such cells, or as many as are left; a smaller number is followed by a bit
+ * that tells which of the two other states the next cell has.
+ * Cells, dense, where sparse ones would take more than 13 bytes: five cells a byte, in base 3.
+ *
+ * Points: for each occupied cell a bit that says whether it has one, and then its eighths (6 bits).
+ * If whole, the points of all cells in order; else the index of a cell (6 bits) and the points from
+ * that cell on, continuing with cell 0 after the last one, until fewer than 7 bits are left. */
 #include <string.h>
 
 #include "wire.h"
 
 enum {
-  TAG_WORD = 1, ///< where epoch and check stand
-  PAYLOAD = 3,
+  TAG_WORD = 1, ///< first byte of epoch and checksum
+  PAYLOAD = 3,  ///< first byte of the items
   PAYLOAD_BITS = 8 * (WIRE_MAP_BYTES - PAYLOAD),
-  SIDE = 8,
-  STATES = 3,
-  OCCUPIED = 2,
-  MIXED = 2,
-  END = 3,
+  SIDE = 8,     ///< cells along the side of a tile
+  STATES = 3,   ///< of a cell: grid_state_t
+  OCCUPIED = 2, ///< GRID_CELL_OCCUPIED
+  MIXED = 2,    ///< kind of item; 0 and 1 are GRID_CELL_UNKNOWN and GRID_CELL_FREE
+  END = 3,      ///< kind of item
   KIND_BITS = 2,
   RUN_BITS = 4,
   RUN_MAX = 16,
-  GAP_BITS = 4,
+  GAP_BITS = 4, ///< a gap: cells that are as predicted, up to one that is not
   GAP_MAX = 15,
   CELL_BITS = 6,
-  POINT_BITS = 7, ///< with the bit that says that there is one
+  POINT_BITS = 7, ///< with the bit that says that the cell has a point
   CELLS_A_BYTE = 5,
   DENSE_BITS = 8 * 13,
 };
 
-/** Fourteen bits over all bytes but the check itself (FNV-1a, folded). */
+/** 14-bit checksum of all bits but its own: 32-bit FNV-1a, folded. */
 static uint16_t check_of(const uint8_t *bytes) {
   uint32_t hash = (2166136261u ^ (bytes[TAG_WORD] & (WIRE_MAP_EPOCHS - 1u))) * 16777619u;
   hash = (hash ^ bytes[0]) * 16777619u;
@@ -45,7 +51,7 @@ static uint16_t check_of(const uint8_t *bytes) {
   return (uint16_t)((hash ^ hash >> 14 ^ hash >> 28) & 0x3FFFu);
 }
 
-/** Up to eight bits. */
+/** Append up to eight bits. */
 static void put(wire_map_t *map, int bits, unsigned value) {
   if (bits == 0) {
     return;
@@ -60,11 +66,12 @@ static void put(wire_map_t *map, int bits, unsigned value) {
   map->bit += (uint8_t)bits;
 }
 
+/** Bits left in the payload. */
 static int left(const wire_map_t *map) {
   return PAYLOAD_BITS - map->bit;
 }
 
-/** Up to eight bits; zeros behind the end. */
+/** Read up to eight bits; zeros beyond the end. */
 static unsigned get(wire_map_t *map, int bits) {
   int at = PAYLOAD + map->bit / 8;
   unsigned value = at < WIRE_MAP_BYTES ? map->bytes[at] : 0u;
@@ -74,7 +81,7 @@ static unsigned get(wire_map_t *map, int bits) {
   return value;
 }
 
-/** The state that the cells before this one let expect. */
+/** State of a cell as predicted from the cells before it. */
 static uint8_t expected(const uint8_t *states, int cell) {
   if (cell % SIDE == 0) {
     return cell == 0 ? 0 : states[cell - SIDE];
@@ -86,7 +93,8 @@ static uint8_t expected(const uint8_t *states, int cell) {
   return states[cell - SIDE - 1] == west ? states[cell - SIDE] : west;
 }
 
-/** Of each cell by how much it is another than expected; the bits that this takes. */
+/** For each cell the difference to its predicted state, modulo STATES. @return bits that the cells
+ * take as sparse ones */
 static int differences(const uint8_t *states, uint8_t *off) {
   int bits = 0;
   int gap = 0;
@@ -149,6 +157,7 @@ static void get_dense(wire_map_t *map, uint8_t *states) {
   }
 }
 
+/** Bits that all points of the tile take. */
 static int point_bits(const wire_tile_t *tile) {
   int bits = 0;
   for (int cell = 0; cell < WIRE_MAP_CELLS; cell++) {
@@ -159,6 +168,7 @@ static int point_bits(const wire_tile_t *tile) {
   return bits;
 }
 
+/** Write points from cell `first` on, round, while at least `reserve` bits are left. */
 static void put_points(wire_map_t *map, const wire_tile_t *tile, unsigned first, int reserve) {
   for (unsigned i = 0; i < WIRE_MAP_CELLS && left(map) >= reserve; i++) {
     unsigned cell = (first + i) % WIRE_MAP_CELLS;
@@ -184,13 +194,13 @@ void wire_map_begin(wire_map_t *map, uint8_t tile, uint8_t epoch) {
   map->bytes[TAG_WORD] = epoch & (WIRE_MAP_EPOCHS - 1u);
 }
 
-/** On to the next tile, if there is one. */
+/** Go on to the next tile; behind the last one of the grid the piece is full. */
 static void step(wire_map_t *map) {
   map->tile++;
   map->full = map->full || map->tile == 0;
 }
 
-/** All cells unknown, or all free. */
+/** True if all cells are unknown or all are free. */
 static bool uniform(const wire_tile_t *tile) {
   return tile->states[0] < MIXED && memcmp(tile->states, tile->states + 1, WIRE_MAP_CELLS - 1) == 0;
 }
@@ -209,6 +219,7 @@ bool wire_map_add_plain(wire_map_t *map, uint8_t kind) {
     map->bit += RUN_BITS;
     map->run = 0;
   }
+  // Rewrite the length of the run.
   uint8_t end = map->bit;
   map->bit = map->run_bit;
   put(map, RUN_BITS, map->run);
@@ -218,6 +229,7 @@ bool wire_map_add_plain(wire_map_t *map, uint8_t kind) {
   return true;
 }
 
+/** Add a mixed tile. One whose points do not all fit must be the first of its piece. */
 static bool add_mixed(wire_map_t *map, const wire_tile_t *tile) {
   uint8_t off[WIRE_MAP_CELLS];
   int sparse = differences(tile->states, off);

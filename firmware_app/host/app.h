@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file app.h  Host version: where the firmware enters the app. */
+/** @file app.h  Host version: entry point of the app. */
 #ifndef APP_H
 #define APP_H
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file app_channel.h  Host version: raw packets between the app and its ground station. */
+/** @file app_channel.h  Host version: raw packets between the app and the ground station. */
 #ifndef APP_CHANNEL_H
 #define APP_CHANNEL_H
 
@@ -10,9 +10,9 @@
 
 /** Never blocks. @return pdTRUE, or errQUEUE_FULL: the packet is lost */
 int appchannelSendDataPacket(void *data, size_t length);
-/** Here only with timeout_ms 0. @return bytes received, 0 if none wait; an empty packet is none */
+/** timeout_ms must be 0. @return bytes received; 0 if no packet waits, or an empty one */
 size_t appchannelReceiveDataPacket(void *buffer, size_t max_length, int timeout_ms);
-/** A packet was lost because the receive queue was full; forgets it. */
+/** @return true if a packet was lost since the last call because the receive queue was full */
 bool appchannelHasOverflowOccurred(void);
 
 #endif

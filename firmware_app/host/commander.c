@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** The setpoint of the highest priority wins, and keeps the vehicle until it relaxes. */
+/* The setpoint of the highest priority wins; it holds the vehicle until the priority is relaxed. */
 #include "commander.h"
 
 #include "port.h"
@@ -23,10 +23,6 @@ static bool take(const setpoint_t *setpoint, int priority) {
 void commanderSetSetpoint(setpoint_t *setpoint, int priority) {
   setpoint->timestamp = port_now_ms();
   take(setpoint, priority);
-}
-
-int commanderGetActivePriority(void) {
-  return active_priority;
 }
 
 void commanderRelaxPriority(void) {

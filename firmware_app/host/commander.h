@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file commander.h  Host version: who may steer. */
+/** @file commander.h  Host version: setpoints and their priorities. */
 #ifndef COMMANDER_H
 #define COMMANDER_H
 
 #include "stabilizer_types.h"
 
-#define COMMANDER_PRIORITY_DISABLE   0
-#define COMMANDER_PRIORITY_LOWEST    1
-#define COMMANDER_PRIORITY_HIGHLEVEL 1
-#define COMMANDER_PRIORITY_CRTP      2
-#define COMMANDER_PRIORITY_EXTRX     3
+#define COMMANDER_PRIORITY_LOWEST 1
+#define COMMANDER_PRIORITY_EXTRX  3
 
-/** Taken if priority is not below the active one, which it then becomes; stamps the setpoint. */
+/** Time-stamp the setpoint and take it unless its priority is below the active one; its priority
+ *  is then the active one. */
 void commanderSetSetpoint(setpoint_t *setpoint, int priority);
-int commanderGetActivePriority(void);
-/** From now on any setpoint is taken. */
+/** Accept any setpoint from now on. */
 void commanderRelaxPriority(void);
 
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file crtp.h  Host version: the state of the link to the client. */
+/** @file crtp.h  Host version: state of the link to the client. */
 #ifndef CRTP_H
 #define CRTP_H
 

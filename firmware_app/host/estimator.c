@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** The queue of the firmware's estimator; the simulator is the estimator. */
+/* Queue of measurements for the estimator, which is in the simulator. */
 #include "estimator.h"
 
 #include "sim_port.h"
 
-enum { QUEUE = 20 };
+enum { QUEUE = 20 }; ///< as in the firmware
 
 static sim_port_measurement_t queue[QUEUE];
 static int first, count;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** Time and the one task. The task is a coroutine: it runs until it sleeps, then the simulator goes
- *  on. Nothing moves time but sim_port_run. */
+/* Time, and the app's task. The task is a coroutine: it runs until it sleeps, then the simulator
+ * continues. Only sim_port_run() advances the time. */
 #include <stdbool.h>
 
 #include "FreeRTOS.h"
@@ -29,11 +29,6 @@ static void enter_task(void) {
   in_task = false;
 }
 
-static void sleep_until(uint32_t time_ms) {
-  wake_ms = time_ms;
-  coroutine_yield();
-}
-
 void port_fail(const char *what) {
   consolePrintf("ASSERT: %s\n", what);
   failed = true;
@@ -54,16 +49,11 @@ uint64_t usecTimestamp(void) {
   return 1000ull * now_ms;
 }
 
-void vTaskDelay(TickType_t ticks) {
-  if (ticks > 0) {
-    sleep_until(now_ms + ticks);
-  }
-}
-
 void vTaskDelayUntil(TickType_t *previous_wake, TickType_t increment) {
   *previous_wake += increment;
   if ((int32_t)(*previous_wake - now_ms) > 0) {
-    sleep_until(*previous_wake);
+    wake_ms = *previous_wake;
+    coroutine_yield();
   }
 }
 

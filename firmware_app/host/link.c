@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** What goes to and from the client: app channel, console, news of parameters. */
+/* Traffic with the client: app channel, console, and notices of changed parameters. */
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -12,10 +12,10 @@
 #include "sim_port.h"
 
 enum {
-  RX_PACKETS = 10,
-  TX_PACKETS = 200, ///< the firmware's transmit queue
-  CONSOLE_BYTES = 8192,
-  UPDATES = 64,
+  RX_PACKETS = 10,      ///< the app channel's receive queue in the firmware
+  TX_PACKETS = 200,     ///< the firmware's transmit queue
+  CONSOLE_BYTES = 8192, ///< text that waits for the simulator
+  UPDATES = 64,         ///< notices of changed parameters that wait for it
 };
 
 typedef struct {
@@ -104,7 +104,7 @@ bool appchannelHasOverflowOccurred(void) {
   return overflow;
 }
 
-/** Text that finds no room is lost, as in the firmware. */
+/** Text that finds no room is lost, as it is in the firmware. */
 void consolePrintf(const char *format, ...) {
   char text[256];
   va_list arguments;
@@ -116,7 +116,7 @@ void consolePrintf(const char *format, ...) {
   }
 }
 
-/** A packet ends with the line, or when it is full. */
+/** A packet ends at the end of a line, or when it is full. */
 int sim_port_console_take(char *text) {
   int length = 0;
   while (console_count > 0 && length < SIM_PORT_CONSOLE_BYTES) {

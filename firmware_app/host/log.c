@@ -45,8 +45,7 @@ static const struct log_s *entry_of(int id) {
   return toc.entries[id].entry;
 }
 
-/** The value in the widest type, from memory or from its function. Integers below 2^53 are exact.
- */
+/** Value of a variable, from memory or from its function. A double holds all types exactly. */
 static double acquire(const struct log_s *entry, uint32_t time_ms) {
   if (!entry || !entry->address) {
     return 0.0;
@@ -71,8 +70,8 @@ static double acquire(const struct log_s *entry, uint32_t time_ms) {
   }
 }
 
-/** Half precision as the firmware makes it: excess bits are cut off, what is too small becomes
- * zero, what is too large infinite. */
+/** Half precision as the firmware converts it: truncated; too small becomes zero, too large
+ *  infinite. */
 static uint16_t to_half(float value) {
   uint32_t bits;
   memcpy(&bits, &value, sizeof bits);
@@ -91,7 +90,7 @@ static uint16_t to_half(float value) {
   return (uint16_t)(sign | (uint32_t)(exponent + 15) << 10 | fraction >> 13);
 }
 
-/** Truncated like a conversion on the chip: limited to 32 bits, not a number gives 0. */
+/** Integer as the chip converts it: truncated and saturated at 32 bits; NaN gives 0. */
 static uint32_t to_integer(double value) {
   if (isnan(value)) {
     return 0;
@@ -162,11 +161,7 @@ float logGetFloat(logVarId_t id) {
   return entry ? (float)acquire(entry, port_now_ms()) : 0.0f;
 }
 
-int logGetInt(logVarId_t id) {
-  const struct log_s *entry = entry_of(id);
-  return entry ? (int)to_integer(acquire(entry, port_now_ms())) : 0;
-}
-
 unsigned int logGetUint(logVarId_t id) {
-  return (unsigned int)logGetInt(id);
+  const struct log_s *entry = entry_of(id);
+  return entry ? to_integer(acquire(entry, port_now_ms())) : 0;
 }

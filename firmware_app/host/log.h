@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /** @file log.h  Host version: log variables, declared with the firmware's macros.
- *  A group is an array of entries between a start and a stop entry; a pointer to it is placed in a
- *  linker section, where the simulator's side of the port finds all groups. */
+ *
+ *  A group is an array of entries between a start and a stop entry. A pointer to it is placed in a
+ *  linker section, in which log.c finds all groups.
+ */
 #ifndef LOG_H
 #define LOG_H
 
@@ -11,10 +13,9 @@
 typedef uint16_t logVarId_t;
 
 logVarId_t logGetVarId(const char *group, const char *name);
-/** An invalid id stops the firmware: check with logVarIdIsValid first. Not for variables by
- *  function. */
+/** Read a variable; not one by function, which the firmware does not support here. An invalid id
+ *  stops the firmware: check with logVarIdIsValid() first. */
 float logGetFloat(logVarId_t id);
-int logGetInt(logVarId_t id);
 unsigned int logGetUint(logVarId_t id);
 
 static inline bool logVarIdIsValid(logVarId_t id) {
@@ -55,7 +56,8 @@ typedef struct {
 #define LOG_BY_FUNCTION 0x40
 #define LOG_GROUP       0x80
 
-#define LOG_ADD(TYPE, NAME, ADDRESS)             {.type = (TYPE), .name = #NAME, .address = (void *)(ADDRESS)},
+#define LOG_ADD(TYPE, NAME, ADDRESS) {.type = (TYPE), .name = #NAME, .address = (void *)(ADDRESS)},
+
 #define LOG_ADD_CORE(TYPE, NAME, ADDRESS)        LOG_ADD((TYPE) | LOG_CORE, NAME, ADDRESS)
 #define LOG_ADD_BY_FUNCTION(TYPE, NAME, ADDRESS) LOG_ADD((TYPE) | LOG_BY_FUNCTION, NAME, ADDRESS)
 

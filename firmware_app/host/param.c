@@ -26,7 +26,7 @@ static int by_name(const void *a, const void *b) {
                 (*(const struct param_s *const *)b)->name);
 }
 
-/** The defaults are what the variables hold when the library is loaded. */
+/** Builds the table. Defaults are the values of the variables when the library is loaded. */
 __attribute__((constructor)) static void build(void) {
   group_t groups[GROUPS_MAX];
   const size_t count = (size_t)(__stop_wayflie_param - __start_wayflie_param);
@@ -129,27 +129,15 @@ static const struct param_s *checked(paramVarId_t id, bool for_writing) {
   return entry;
 }
 
-float paramGetFloat(paramVarId_t id) {
+unsigned int paramGetUint(paramVarId_t id) {
   const struct param_s *entry = checked(id, false);
+  unsigned int value = 0;
   if (entry && (entry->type & PARAM_TYPE_MASK) == PARAM_FLOAT) {
-    return *(const float *)entry->address;
-  }
-  return entry ? (float)paramGetInt(id) : 0.0f;
-}
-
-int paramGetInt(paramVarId_t id) {
-  const struct param_s *entry = checked(id, false);
-  int value = 0;
-  if (entry && (entry->type & PARAM_TYPE_MASK) == PARAM_FLOAT) {
-    value = (int)*(const float *)entry->address;
+    value = (unsigned int)(int)*(const float *)entry->address;
   } else if (entry) {
     memcpy(&value, entry->address, (size_t)size_of(entry));
   }
   return value;
-}
-
-unsigned int paramGetUint(paramVarId_t id) {
-  return (unsigned int)paramGetInt(id);
 }
 
 static void set(paramVarId_t id, const void *value) {

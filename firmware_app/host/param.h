@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /** @file param.h  Host version: parameters, declared with the firmware's macros.
- *  Kept like the log groups (log.h): arrays of entries, found through pointers in a section. */
+ *
+ *  Groups are stored like those of log.h: arrays of entries, found by pointers in a section.
+ */
 #ifndef PARAM_H
 #define PARAM_H
 
@@ -15,11 +17,9 @@ typedef struct {
 #define PARAM_VARID_IS_VALID(varId) ((varId).id != 0xffffu)
 
 paramVarId_t paramGetVarId(const char *group, const char *name);
-/** An invalid id stops the firmware, in all of these. */
-float paramGetFloat(paramVarId_t id);
-int paramGetInt(paramVarId_t id);
+/** In all of these an invalid id stops the firmware. */
 unsigned int paramGetUint(paramVarId_t id);
-/** Store, tell the client, and run the callback in the caller's task. */
+/** Store a value, notify the client, and run the callback in the caller's task. */
 void paramSetInt(paramVarId_t id, int value);
 void paramSetFloat(paramVarId_t id, float value);
 
@@ -57,8 +57,6 @@ struct param_s {
    .callback = (CALLBACK)},
 #define PARAM_ADD(TYPE, NAME, ADDRESS)      PARAM_ADD_WITH_CALLBACK(TYPE, NAME, ADDRESS, 0)
 #define PARAM_ADD_CORE(TYPE, NAME, ADDRESS) PARAM_ADD((TYPE) | PARAM_CORE, NAME, ADDRESS)
-#define PARAM_ADD_CORE_WITH_CALLBACK(TYPE, NAME, ADDRESS, CALLBACK)                                \
-  PARAM_ADD_WITH_CALLBACK((TYPE) | PARAM_CORE, NAME, ADDRESS, CALLBACK)
 
 #define PARAM_GROUP_START(NAME)                                                                    \
   static const struct param_s param_group_##NAME[] = {PARAM_ADD(PARAM_GROUP | PARAM_START, NAME, 0)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file stabilizer_types.h  Host version: the part of a setpoint that the app fills, and what it
- * measures. */
+/** @file stabilizer_types.h  Host version: the setpoint and measurements that the app uses. */
 #ifndef STABILIZER_TYPES_H
 #define STABILIZER_TYPES_H
 
@@ -26,7 +25,7 @@ typedef struct {
   float thrust;            ///< 0..65535
   point_t position;        ///< [m]
   velocity_t velocity;     ///< [m/s]
-  bool velocity_body;      ///< velocity is given in the level body frame
+  bool velocity_body;      ///< velocity is in the level body frame, else in the world frame
   struct {
     stab_mode_t x, y, z, roll, pitch, yaw;
   } mode;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** What the rest of the firmware shows: the stock log variables, fed by the simulator's sensors,
- * and what the supervisor says. The stock parameters are in stock_params.c. */
+/* The rest of the firmware as the app and clients see it: stock log variables, fed by the
+ * simulator, and the supervisor. Stock parameters are in stock_params.c. */
 #include <math.h>
 
 #include "log.h"
@@ -22,11 +22,11 @@ static const float STANDARD_GRAVITY_MPS2 = 9.80665f;
 
 static sim_port_sensors_t now = {
     .range_mm = {32767, 32767, 32767, 32767, 32767},
-    .var_position_m2 = {1.0f, 1.0f, 1.0f},
-    .var_place_m2 = {100.0f, 100.0f, 1.0f},
+    .var_velocity_m2ps2 = {1.0f, 1.0f, 1.0f},
+    .var_position_m2 = {100.0f, 100.0f, 1.0f},
 };
 
-/** Computed from the above. */
+/** Log variables computed from `now`. */
 static struct {
   float quaternion[4]; ///< x y z w
   float acc_g[3];      ///< as measured in the body, gravity included
@@ -60,7 +60,7 @@ static void derive_quaternion(void) {
   derived.quaternion[3] = cr * cp * cy + sr * sp * sy;
 }
 
-/** Specific force in the body frame: the world's acceleration and gravity, turned back. */
+/** Specific force in the body frame: acceleration plus gravity, rotated from the world frame. */
 static void derive_acc(void) {
   const float x = -derived.quaternion[0], y = -derived.quaternion[1];
   const float z = -derived.quaternion[2], w = derived.quaternion[3];
@@ -186,12 +186,12 @@ LOG_ADD_CORE(LOG_UINT16, zrange, &now.zrange_mm)
 LOG_GROUP_STOP(range)
 
 LOG_GROUP_START(kalman)
-LOG_ADD(LOG_FLOAT, varX, &now.var_place_m2[0])
-LOG_ADD(LOG_FLOAT, varY, &now.var_place_m2[1])
-LOG_ADD(LOG_FLOAT, varZ, &now.var_place_m2[2])
-LOG_ADD(LOG_FLOAT, varPX, &now.var_position_m2[0])
-LOG_ADD(LOG_FLOAT, varPY, &now.var_position_m2[1])
-LOG_ADD(LOG_FLOAT, varPZ, &now.var_position_m2[2])
+LOG_ADD(LOG_FLOAT, varX, &now.var_position_m2[0])
+LOG_ADD(LOG_FLOAT, varY, &now.var_position_m2[1])
+LOG_ADD(LOG_FLOAT, varZ, &now.var_position_m2[2])
+LOG_ADD(LOG_FLOAT, varPX, &now.var_velocity_m2ps2[0])
+LOG_ADD(LOG_FLOAT, varPY, &now.var_velocity_m2ps2[1])
+LOG_ADD(LOG_FLOAT, varPZ, &now.var_velocity_m2ps2[2])
 LOG_ADD(LOG_FLOAT, varD0, &now.var_attitude_rad2[0])
 LOG_ADD(LOG_FLOAT, varD1, &now.var_attitude_rad2[1])
 LOG_ADD(LOG_FLOAT, varD2, &now.var_attitude_rad2[2])

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** The stock parameters that cfclient and cflib's helpers read or write. Values only: what they
- *  cause is the simulator's business. */
+/* Stock parameters that cfclient and cflib's helpers read or write. Values only: their effects are
+ * simulated elsewhere. */
 #include "param.h"
 
-/** Decks found: 1 attached. */
+/** 1: the deck is attached. */
 static struct {
   uint8_t multiranger, flow, flow2, zranger, zranger2, lighthouse, loco, none;
 } deck = {.multiranger = 1, .flow2 = 1, .zranger2 = 1};

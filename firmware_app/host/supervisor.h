@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/** @file supervisor.h  Host version: what the supervisor lets the vehicle do. */
+/** @file supervisor.h  Host version: the supervisor's state. */
 #ifndef SUPERVISOR_H
 #define SUPERVISOR_H
 
@@ -11,7 +11,7 @@ bool supervisorIsTumbled(void);
 bool supervisorIsArmed(void);
 bool supervisorIsLocked(void);
 bool supervisorIsCrashed(void);
-/** Only noted for the simulator. @return false: nothing is granted at once */
+/** Pass a request on to the simulator. @return false: arming takes effect later, if at all */
 bool supervisorRequestArming(bool arm);
 
 #endif

@@ -19,7 +19,7 @@ static uint32_t crc32_of(const uint8_t *bytes, size_t size) {
   return ~rest;
 }
 
-/** The firmware's content hash: each entry is hashed together with the hash so far. */
+/** Content hash as in the firmware: each entry is hashed together with the previous hash. */
 static uint32_t chain(uint32_t crc, uint8_t type, const char *name) {
   uint8_t buffer[5 + SIM_PORT_NAME_BYTES];
   const size_t length = strlen(name);
@@ -69,6 +69,6 @@ bool toc_valid(const toc_t *toc, int id) {
 
 void toc_describe(const toc_entry_t *entry, sim_port_entry_t *out) {
   out->type = entry->type;
-  memcpy(out->group, entry->group, strlen(entry->group) + 1); // toc_add knows that both fit
+  memcpy(out->group, entry->group, strlen(entry->group) + 1); // toc_add() checked that both fit
   memcpy(out->name, entry->name, strlen(entry->name) + 1);
 }

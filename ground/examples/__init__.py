@@ -1,3 +1,3 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scripts to begin with: `wayflie sim` in one terminal, `python -m ground.examples.explore` in
-another. CFLIB_URI names a real drone."""
+"""Example scripts: run `wayflie sim` in one terminal, `python -m ground.examples.explore` in
+another. For a real drone, set CFLIB_URI."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Explore a room and save its map, for ROS and to look at."""
+"""Explore a room and save its map for ROS and as an image."""
 
 import asyncio
 

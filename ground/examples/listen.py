@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hear what the drone says while it flies: the smallest distance that it has measured."""
+"""Listen to the drone while it flies, and print the smallest distance that it has measured."""
 
 import asyncio
 import math
@@ -23,7 +23,7 @@ async def watch(drone: Station) -> None:
 
 
 async def main() -> None:
-    """Fly."""
+    """Take off, look around and land, while watch() listens."""
     async with Station.connect() as drone:
         watching = asyncio.create_task(watch(drone))
         await drone.take_off()

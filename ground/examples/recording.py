@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read a recording: how far the drone flew, and its last map as SVG. Without a name, the newest."""
+"""Read a recording (the newest by default): print the distance flown, save the last map as SVG."""
 
 import math
 import sys
 from itertools import pairwise
 from pathlib import Path
 
-from ground.mapfile import save_map
+from ground.map.files import save_map
 from ground.model import Telemetry
-from ground.picture import Picture
-from ground.recordfolder import newest_recording
-from ground.recording import read_recording
+from ground.record.folder import newest_recording
+from ground.record.reader import read_recording
+from ground.station.picture import Picture
 
 
 def main() -> None:
-    """Read it."""
+    """Read the file named on the command line, or the newest recording."""
     named = [Path(name) for name in sys.argv[1:]]
     file = named[0] if named else newest_recording()
     picture, places = Picture(), []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Visit some places; what cannot be reached is told and left out."""
+"""Visit some places, and report those that cannot be reached."""
 
 import asyncio
 
@@ -9,7 +9,7 @@ PLACES_M = ((1.0, 0.5), (99.0, 0.0), (1.0, -0.5))
 
 
 async def main() -> None:
-    """Fly."""
+    """Fly to each place in turn, then home."""
     async with Station.connect() as drone:
         for x_m, y_m in PLACES_M:
             try:

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A simulated Crazyflie: world, body, sensors, and the radio protocol in front of them."""
+"""The simulator: a Crazyflie (body, sensors, firmware) in a world, reached by radio packets."""

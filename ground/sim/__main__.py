@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`python -m ground.sim` is `wayflie sim`."""
+"""Run `wayflie sim` as `python -m ground.sim`."""
 
-from ground.sim.command import simulator
+from ground.cli.sim import simulator
 
 if __name__ == "__main__":
     simulator(prog_name="wayflie sim")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What clients on this host have not read yet, so that simulated time can wait for them.
+"""How much data local clients have not read yet, so that simulated time can wait for them.
 
-A radio holds back what the other end does not fetch; a UDP socket throws it away when it is full.
-Linux shows how full each socket is. Reading that takes a tenth of a millisecond, so it happens only
-when as many datagrams have gone out as fit for certain.
+A real radio holds packets back until the other end fetches them; a full UDP socket drops them.
+Linux shows in /proc/net/udp how full each socket is. Reading that file takes about 0.1 ms, so it is
+read only after as many datagrams were sent as certainly fit into a receive buffer.
 """
 
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ from typing import Final
 
 SOCKETS: Final = Path("/proc/net/udp")
 PATIENCE_S: Final = 2.0
-"""Who has read nothing for so long is not waited for until he reads again."""
+"""A client that has read nothing for this long is no longer waited for, until it reads again."""
 ROOM_BYTES: Final = 128 << 10
-"""Of a receive buffer of 208 KiB, which a socket has that asks for nothing else."""
+"""Used of a client's receive buffer; Linux gives a socket 208 KiB by default."""
 DATAGRAM_BYTES: Final = 1 << 10
-"""What the kernel counts for a datagram of one packet, rounded up."""
+"""What the kernel charges for a datagram with one packet, rounded up."""
 _BURST: Final = ROOM_BYTES // DATAGRAM_BYTES
 
 
 @dataclass(slots=True)
 class _Reader:
-    """One client's socket: datagrams that fit, bytes not read, when it last read enough."""
+    """A client's socket: datagrams that still fit, unread bytes, when it last read enough."""
 
     moved_s: float
     room: int = _BURST
@@ -31,7 +31,7 @@ class _Reader:
 
 
 class Backlog:
-    """Clients by their UDP port; used by one thread, times are its clock's."""
+    """Local clients by their UDP port; for one thread, times are of the caller's clock."""
 
     def __init__(self, sockets: Path = SOCKETS) -> None:
         self._sockets = sockets
@@ -39,16 +39,16 @@ class Backlog:
 
     @property
     def all_seen(self) -> bool:
-        """The system shows the sockets of all who have been sent so much that it matters."""
+        """Whether the system shows the sockets of all clients that were sent a full burst."""
         return all(reader.seen for reader in self._readers.values())
 
     def sent(self, port: int, now_s: float) -> None:
-        """A datagram has gone to this port."""
+        """Note that a datagram was sent to this port."""
         reader = self._readers.get(port) or self._readers.setdefault(port, _Reader(now_s))
         reader.room -= 1
 
     def clogged(self, now_s: float) -> bool:
-        """Somebody should read first."""
+        """Whether some client must read before more is sent to it."""
         if not self._somebody_full():
             return False
         unread_bytes = _unread_bytes(self._sockets)
@@ -75,7 +75,7 @@ def _note(reader: _Reader, unread_bytes: int, now_s: float) -> None:
 
 
 def _unread_bytes(sockets: Path) -> dict[int, int]:
-    """Receive queues by local port; empty where the system does not tell."""
+    """Bytes in the receive queues by local port; empty where the system does not show them."""
     try:
         lines = sockets.read_text().splitlines()[1:]
     except OSError:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A 250 mAh cell under load: sags with thrust, lasts about seven minutes of hovering.
+"""A 250 mAh cell under load: its voltage sags with thrust, and it lasts for 7 minutes of hovering.
 
-Levels as the firmware computes them: pm_stm32f4.c, table bat671723HS25C, thresholds of
+States and levels as the firmware computes them: pm_stm32f4.c, table bat671723HS25C, thresholds of
 platform_defaults_cf2.h.
 """
 
@@ -13,7 +13,6 @@ HOVER_ENDURANCE_S: Final = 420.0
 HOVER_SAG_V: Final = 0.4
 IDLE_LOAD: Final = 0.02
 LOW_V: Final = 3.2
-CRITICAL_V: Final = 3.0
 LOW_AFTER_S: Final = 5.0
 STATE_BATTERY: Final = 0
 STATE_LOW: Final = 3
@@ -22,7 +21,7 @@ _REST_CURVE: Final = ((0.0, 3.4), (0.1, 3.6), (0.2, 3.7), (0.5, 3.85), (0.9, 4.1
 
 
 class Battery:
-    """Charge 1 is full; load 1 is what hovering draws, for endurance_s."""
+    """Charge 1 is full; load 1 is that of hovering, which empties the cell in endurance_s."""
 
     def __init__(self, charge: float = 1.0, endurance_s: float = HOVER_ENDURANCE_S) -> None:
         self.charge = charge
@@ -30,12 +29,12 @@ class Battery:
         self.voltage_v = _rest_v(charge)
         self.state = STATE_BATTERY
         self.sag_v = 0.0
-        """Lost beside what its load takes: a bad contact, a cold or old cell."""
+        """Voltage lost in addition to that under load: a bad contact, a cold or old cell."""
         self._low_s = 0.0
 
     @property
     def percent(self) -> int:
-        """In steps of 10, at most 90."""
+        """Charge level that the firmware shows, in steps of 10, at most 90."""
         return 10 * min(bisect_left(_LEVELS_V, self.voltage_v), 9)
 
     def step(self, load: float, elapsed_s: float) -> None:

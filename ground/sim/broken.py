@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What of the body's sensors is broken, and what a broken Multi-ranger publishes."""
+"""Which sensors of the body are broken, and what a broken Multi-ranger publishes."""
 
 from dataclasses import dataclass, field
 from typing import Final
@@ -9,32 +9,32 @@ import numpy as np
 from ground.sim.model import RANGE_NONE_MM, Ranges
 
 BEYOND_MM: Final = 1500
-"""A sensor that reports short does so from here on ..."""
+"""A beam that reports short does so where the true range exceeds this ..."""
 SHORT_MM: Final = (300, 1000)
-"""... with anything between these."""
+"""... and then reports a random range within these limits."""
 SCATTER_MM: Final = (600, 3500)
 
 
 @dataclass(slots=True)
 class Broken:
-    """Set from outside at any time; beams by their number."""
+    """Which sensors fail and how; may be set at any time. Beams are numbered as in ranger.BEAMS."""
 
     frozen_beams: set[int] = field(default_factory=set)
     dead_beams: set[int] = field(default_factory=set)
     short_beams: set[int] = field(default_factory=set)
     scattered: bool = False
-    """What is not near is reported anywhere."""
+    """Ranges above SCATTER_MM[0] are replaced by random ones within SCATTER_MM."""
     flow: bool = False
     height: bool = False
     positioning: bool = False
     step_m: float = 0.0
-    """What lies below is so much nearer than the floor, for the ranger that looks down."""
+    """The downward ranger reads this much less than the true height."""
     runaway_mps2: float = 0.0
-    """The estimated velocity runs away like this."""
+    """Acceleration with which the estimated velocity runs away."""
 
 
 def spoil(measured: Ranges, before: Ranges, broken: Broken, rng: np.random.Generator) -> Ranges:
-    """What is published in place of these ranges in millimetres."""
+    """Return what is published instead of the measured ranges; all ranges in millimetres."""
 
     def published(beam: int) -> int:
         if beam in broken.frozen_beams:

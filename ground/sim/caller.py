@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make recorded calls again, on the C code as it is compiled now."""
+"""Replay recorded calls on the C code as it is compiled now."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ground.sim.model import Setpoint
 
 
 class _Calls:
-    """The bytes of some calls, taken one value after the other."""
+    """A reader for the bytes of recorded calls."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data
@@ -38,7 +38,7 @@ class _Calls:
 
 
 class Caller:
-    """One drone to which all that was recorded happens again; `sink` hears of it."""
+    """One drone on which recorded calls are made again; `sink` gets each call and its outcome."""
 
     def __init__(self, sink: Sink) -> None:
         self._firmware = RecordedFirmware(sink)
@@ -47,11 +47,11 @@ class Caller:
 
     @property
     def firmware(self) -> RecordedFirmware:
-        """The drone."""
+        """The app on which the calls are made."""
         return self._firmware
 
     def make(self, data: bytes) -> None:
-        """The calls of one message. Raises ValueError where they are none."""
+        """Make the calls of one message. Raises ValueError if the bytes are not calls."""
         calls = _Calls(data)
         while calls.any:
             letter = calls.take(1)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What passes between the simulator and the app, call by call, as bytes.
+"""Calls between the simulator and the app, recorded as bytes.
 
-A recorded call is a letter and its arguments, an outcome the same letter and what was returned.
-tests/firmware/calls.c reads these bytes too.
+A recorded call is a letter and its arguments; its outcome is the same letter and what was returned.
+tests/firmware/calls.c reads the same format.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ def _measured(measured: Measured) -> bytes:
 
 
 class Sink(Protocol):
-    """Takes each call as it is made."""
+    """Receives each call as it is made."""
 
     def note(self, letter: bytes, arguments: bytes = b"", outcome: bytes = b"") -> None:
-        """One call and its outcome, without the letter."""
+        """Take one call and its outcome, both without the letter."""
 
 
 class Recording:
-    """The calls of a flight and their outcomes."""
+    """The calls of a flight and their outcomes, in memory."""
 
     def __init__(self) -> None:
         self.calls = bytearray()
@@ -56,11 +56,11 @@ class Recording:
 
     @property
     def outcome(self) -> bytes:
-        """What calls.c must write."""
+        """All outcomes in order: what tests/firmware/calls.c must write too."""
         return b"".join(self.outcomes)
 
     def first_difference(self, there: bytes) -> str | None:
-        """In words, where what was written elsewhere parts from this; None if it does not."""
+        """Describe the first outcome that differs from `there`; None if all are equal."""
         at = 0
         for number, outcome in enumerate(self.outcomes):
             found = there[at : at + len(outcome)]
@@ -72,7 +72,7 @@ class Recording:
 
 
 class RecordedFirmware(Firmware):
-    """Every call that the app can notice, or that tells of it, is noted."""
+    """A Firmware that records every call that changes the app's state or shows it."""
 
     def __init__(self, sink: Sink | None = None) -> None:
         super().__init__()
@@ -138,14 +138,14 @@ class RecordedFirmware(Firmware):
             yield measured
 
     def take_measurement(self) -> Measured | None:
-        """The oldest that waits."""
+        """Take the oldest measurement that waits."""
         measured = next(super().take_measurements(), None)
         none = MEASURED.pack(False, False, 0.0, 0.0, 0.0, 0.0, 0.0)
         self.note(b"M", b"", none if measured is None else _measured(measured))
         return measured
 
     def log_crc(self) -> int:
-        """Both tables are compared when the one is asked for."""
+        """Return the log table's CRC; the recorded outcome holds the parameter table's CRC too."""
         crc = super().log_crc()
         self.note(b"T", b"", struct.pack("<2I", crc, self.param_crc()))
         return crc
@@ -192,19 +192,19 @@ class RecordedFirmware(Firmware):
         return text
 
     def set_raw_sensors(self, data: bytes) -> None:
-        """As set_sensors(), with the bytes that it has noted."""
+        """Set the sensors from the bytes that set_sensors() has recorded."""
         self._ffi.memmove(self._sensors, data, len(data))
         self._lib.sim_port_set_sensors(self._sensors)
         self.note(b"s", data)
 
     @property
     def sensor_bytes(self) -> int:
-        """How many set_raw_sensors() takes."""
+        """Number of bytes that set_raw_sensors() takes."""
         return int(self._ffi.sizeof(self._sensors[0]))
 
 
 class _RecordedReader(BlockReader):
-    """Reading has consequences: the map's variables take the next piece."""
+    """A recorded BlockReader: sampling the map's log variables advances them to the next piece."""
 
     def __init__(self, of: RecordedFirmware, ids: Sequence[int], types: Sequence[int]) -> None:
         super().__init__(of._ffi, of._lib, ids, types)

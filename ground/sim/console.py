@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines typed at a running simulator: faults begin and end by hand."""
+"""Commands typed at a running simulator, which begin and end faults."""
 
 import os
 import select
@@ -13,14 +13,14 @@ _CHUNK_BYTES = 4096
 
 
 class Lines:
-    """Whole lines from a file descriptor, never waiting for one."""
+    """Whole lines from a file descriptor, read without blocking."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor: int | None = descriptor
         self._rest = b""
 
     def take(self) -> Iterator[str]:
-        """What has come since the last call."""
+        """Yield the lines that have arrived since the last call."""
         while self._descriptor is not None and self._readable(self._descriptor):
             chunk = os.read(self._descriptor, _CHUNK_BYTES)
             if not chunk:
@@ -30,7 +30,7 @@ class Lines:
 
     @staticmethod
     def _readable(descriptor: int) -> bool:
-        """There is something, and this process may have it: a terminal is its own only in front."""
+        """Whether a read will not block; a background process must not read from its terminal."""
         try:
             if os.isatty(descriptor) and os.tcgetpgrp(descriptor) != os.getpgrp():
                 return False
@@ -40,7 +40,7 @@ class Lines:
 
 
 def obey_one(line: str, drones: Sequence[Faults]) -> str:
-    """Do what the line says with the drone whose number it begins with, or the first."""
+    """Obey a line that begins with a drone's number; without a number it is for drone 1."""
     number, _, rest = line.partition(" ")
     if not number.isdecimal():
         return obey(line, drones[0])
@@ -50,7 +50,7 @@ def obey_one(line: str, drones: Sequence[Faults]) -> str:
 
 
 def obey(line: str, faults: Faults) -> str:
-    """Do what the line says; the answer."""
+    """Obey one line and return the answer."""
     word, _, rest = line.partition(" ")
     name, colon, seconds = rest.strip().partition(":")
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The body against the world: pushes it out of obstacles, counts collisions, says who hit whom."""
+"""Collisions of the body with the world: push it out, count them, and tell who hit whom."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -17,7 +17,7 @@ APART_M: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """One contact, from touching to coming apart; speeds are those towards the other."""
+    """One contact, from touch to separation; the speeds are towards the other body."""
 
     time_s: float
     obstacle: str
@@ -26,12 +26,12 @@ class Collision:
 
     @property
     def by_drone(self) -> bool:
-        """True if the drone moved into the obstacle, not the obstacle into it."""
-        return self.drone_mps >= self.obstacle_mps
+        """Whether the drone moved into the obstacle, rather than the obstacle into it."""
+        return bool(self.drone_mps >= self.obstacle_mps)
 
 
 class Contacts:
-    """Watches one body; looks closely only when something can have come near."""
+    """Watches one body; looks closely only when something can have come near it."""
 
     def __init__(self, world: World, vehicle: Vehicle) -> None:
         self._world, self._vehicle = world, vehicle
@@ -41,11 +41,11 @@ class Contacts:
         self.collisions: list[Collision] = []
 
     def look(self) -> None:
-        """The body was put elsewhere: what was known of its surroundings is void."""
+        """Look closely at the next step, since the body was moved by force."""
         self._slack_m = 0.0
 
     def step(self, time_s: float, elapsed_s: float) -> None:
-        """After world and body have moved."""
+        """Handle contacts; call after world and body have moved."""
         body, places = self._vehicle, self._world.footprints
         speed = abs(body.vx_mps) + abs(body.vy_mps) + abs(body.vz_mps) + places.fastest_mps
         self._slack_m -= speed * elapsed_s

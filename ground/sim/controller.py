@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stock cascade of the firmware: position and velocity PID to attitude and thrust.
+"""The firmware's stock cascade: position and velocity PID, to attitude and thrust.
 
 Source: position_controller_pid.c and controller_pid.c of bitcraze/crazyflie-firmware with the gains
 of platform_defaults_cf2.h. It sees the estimate, never the truth. Attitude and rate loops are part
-of the identified body, see vehicle.py. Not implemented: roll and pitch as rates (levels instead).
+of the identified body, see vehicle.py. Not implemented: roll and pitch rate setpoints, which level.
 """
 
 import math
@@ -27,7 +27,7 @@ _ABSOLUTE, _VELOCITY, _OFF = int(Mode.ABSOLUTE), int(Mode.VELOCITY), int(Mode.OF
 
 @dataclass(slots=True)
 class Command:
-    """What the body's attitude loops and motors shall do; pitch nose up positive."""
+    """Attitude and thrust for the body; thrust 0..THRUST_MAX, pitch is positive nose up."""
 
     roll_rad: float = 0.0
     pitch_rad: float = 0.0
@@ -53,7 +53,7 @@ class Pid:
 
 
 class Controller:
-    """Setpoint and estimate in, attitude and thrust out, once every CONTROL_STEP_S."""
+    """From setpoint and estimate to attitude and thrust, once every CONTROL_STEP_S."""
 
     def __init__(self) -> None:
         speed = SPEED_MAX_MPS * OVERHEAD
@@ -66,7 +66,7 @@ class Controller:
         self._modes: tuple[int, ...] = ()
 
     def update(self, setpoint: Setpoint, estimate: Readings, armed: bool) -> Command:
-        """Run the cascade; not armed or no thrust means off and a fresh start."""
+        """Run the cascade; if not armed or without thrust, return motors off and reset all PIDs."""
         self._restart_if_modes_changed(setpoint)
         yaw_rad = math.radians(estimate.yaw_deg)
         self._step_yaw(setpoint)
@@ -104,7 +104,7 @@ class Controller:
         return min(max(raw * THRUST_PER_UNIT + THRUST_BASE, THRUST_MIN), THRUST_MAX)
 
     def _tilt(self, sp: Setpoint, estimate: Readings, yaw_rad: float) -> tuple[float, float]:
-        """Roll and pitch wanted, degrees; all horizontal control is in yaw-aligned axes."""
+        """Wanted roll and pitch in degrees; horizontal control runs in yaw-aligned axes."""
         if sp.mode_x == _OFF or sp.mode_y == _OFF:
             return _manual(sp.mode_roll, sp.roll_deg), _manual(sp.mode_pitch, sp.pitch_deg)
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Everything behind the radio: answers packets by port and channel; knows no sockets."""
+"""One drone's CRTP services behind the radio: packets in, answers out, without sockets."""
 
 from collections.abc import Callable, Iterator
 
@@ -30,7 +30,7 @@ _USER_NOTIFICATION = 3
 
 
 class Session:
-    """What the drone remembers of one client."""
+    """What the drone remembers of one client: its log blocks and the parameters it has read."""
 
     def __init__(self, firmware: Firmware) -> None:
         self.logs = LogBlocks(firmware)
@@ -63,15 +63,15 @@ class Crazyflie:
         self._handlers = self._table(readings)
 
     def open_session(self) -> Session:
-        """Begin to know a client."""
+        """Start a session for a new client."""
         return Session(self._firmware)
 
     def settled(self, session: Session) -> bool:
-        """The client has asked for every parameter: its handshake is over."""
+        """Whether the client has read every parameter, so that its handshake is over."""
         return len(session.params_read) >= len(self._params)
 
     def answer(self, session: Session, datagram: bytes) -> bytes | None:
-        """Take one packet; raise BadPacket if nobody understands it."""
+        """Take one packet and return the answer, if any; raise BadPacket if no service knows it."""
         packet = decode(datagram)
         handler = self._handlers.get((packet.port, packet.channel))
         if handler is None:
@@ -79,7 +79,7 @@ class Crazyflie:
         return handler(session, packet.data)
 
     def news(self) -> Iterator[tuple[bytes, Session | None]]:
-        """Packets for all clients since the last call, but not for the one named with it."""
+        """Packets since the last call, for all clients but the one that is named with each."""
         for line in self._stack.console:
             yield from ((packet, None) for packet in _console(line.encode("ascii") + b"\n"))
         self._stack.console.clear()
@@ -145,7 +145,7 @@ class Crazyflie:
         return answer
 
     def _memory_info(self, session: Session, data: bytes) -> bytes:
-        """There are no memories: the count is zero, and details exist of none."""
+        """Answer that there are no memories: their count is 0, and so no details exist."""
         if data == b"\1":
             return encode(Port.MEMORY, 0, b"\1\0")
         if len(data) == 2 and data[0] == 2:
@@ -172,7 +172,7 @@ class Crazyflie:
         return encode(Port.PLATFORM, 1, data + answers[data])
 
     def _app_packet(self, session: Session, data: bytes) -> None:
-        """A full queue loses the packet, as on the drone; an empty packet says nothing."""
+        """Pass a packet to the app; as on the drone, a full queue loses it."""
         if not data:
             raise BadPacket("empty app packet")
         if not self._firmware.appchannel_push(data):
@@ -180,7 +180,7 @@ class Crazyflie:
 
 
 def _log_toc(firmware: Firmware) -> Toc:
-    """Clients must see the bare type: other bits make them fail."""
+    """Entries carry the bare type: clients fail if other bits are set."""
     entries = [TocEntry(e.type & 0x0F, e.group, e.name) for e in firmware.log_entries()]
     limits = bytes((logs.MAX_BLOCKS, logs.MAX_VARIABLES))
     return Toc(Port.LOG, entries, firmware.log_crc(), limits)

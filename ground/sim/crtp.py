@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""CRTP over UDP: one datagram is one packet, a header byte and 0..30 bytes of data."""
+"""CRTP over UDP: a datagram is one packet, a header byte followed by 0 to 30 bytes of data."""
 
 import struct
 from enum import IntEnum
@@ -29,7 +29,7 @@ class Port(IntEnum):
 
 
 APP: Final = (Port.PLATFORM, 2)
-"""Port and channel of packets between app and ground."""
+"""Port and channel of packets between the app and the ground."""
 
 
 class Errno(IntEnum):
@@ -48,11 +48,11 @@ class Errno(IntEnum):
 
 
 class BadPacket(Exception):
-    """A packet that no service understands: it is dropped and counted."""
+    """A packet that no service understands; it is dropped and counted."""
 
 
 class Packet(NamedTuple):
-    """A received packet; the reserved bits of its header are gone."""
+    """A received packet, without the reserved bits of its header."""
 
     port: int
     channel: int
@@ -72,10 +72,10 @@ def encode(port: int, channel: int, data: bytes = b"") -> bytes:
 
 
 def unpack(layout: struct.Struct, data: bytes) -> tuple[Any, ...]:
-    """Read a packet body that must have exactly this layout and only numbers that can be meant."""
+    """Unpack a body of exactly this layout; numbers beyond LARGEST are refused as nonsense."""
     if len(data) != layout.size:
         raise BadPacket("length of a body")
     values = layout.unpack(data)
     if not all(isinstance(value, int) or abs(value) <= LARGEST for value in values):
-        raise BadPacket("a number beyond all reason")
+        raise BadPacket("number out of range")
     return values

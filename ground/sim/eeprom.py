@@ -5,29 +5,34 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
+from ground.errors import BadInput
+
 Value = int | float
 
 
 class Eeprom:
-    """Values by "group.name"; kept in memory, and in a JSON file if one is given."""
+    """Values by "group.name", in memory and, if a path is given, in a JSON file."""
 
     def __init__(self, initial: Mapping[str, Value], file: Path | None = None) -> None:
         self._file = file
         self._values: dict[str, Value] = dict(initial)
         if file is not None and file.exists():
-            self._values |= json.loads(file.read_text())
+            try:
+                self._values |= json.loads(file.read_text())
+            except (ValueError, TypeError) as error:
+                raise BadInput(f"{file} holds no parameters as JSON: {error}") from error
 
     def values(self) -> Mapping[str, Value]:
-        """Everything that is stored."""
+        """All stored values."""
         return self._values
 
     def store(self, name: str, value: Value) -> None:
-        """Keep a value."""
+        """Store a value."""
         self._values[name] = value
         self._save()
 
     def clear(self, name: str) -> bool:
-        """Forget a value; false if there was none."""
+        """Delete a value; false if there was none."""
         if self._values.pop(name, None) is None:
             return False
         self._save()

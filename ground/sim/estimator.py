@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the firmware's estimator makes of flow, gyro and height ranger: an estimate that drifts.
+"""The firmware's estimate from flow, gyro and height ranger: a pose that drifts.
 
-A model of the errors of the result, not a Kalman filter. Flow over-reads by a scale that differs
-per flight and wanders, with a slow velocity bias; the gyro has a bias; height is the distance to
-whatever is below. The profile "real" follows flights with motion capture (scale 2-12 %, yaw
-0.01-0.1 deg/s); errors grow on poor floor texture and without flow. On the ground nothing drifts,
-but the yaw creeps back to where it began, as the firmware lets it.
+This models the errors of the result; it is not a Kalman filter. Flow has a scale error that differs
+per flight and wanders, and a slow velocity bias; the gyro has a bias; the height is the distance to
+whatever is below. A profile sets their size (profiles.py); they grow on poor floor texture and
+without flow. On the ground nothing drifts, but the yaw creeps back to its initial value, as the
+firmware lets it.
 
-What is measured from outside moves it by a gain from covariances that grow as the firmware's do
-(kalman_core.c with a Flow deck at 0.4 m: 2.8e-4 m2/s and 1e-5 rad2/s). Flow alone leaves that of
-the position at its upper limit, so that the first measurement is believed as it is.
+External measurements correct it with gains from covariances that grow as the firmware's do
+(kalman_core.c with a Flow deck at 0.4 m: 2.8e-4 m2/s and 1e-5 rad2/s). With flow alone, the
+position's covariance stays at its upper limit, so the first position is believed as it is.
 """
 
 import math
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -21,84 +20,38 @@ import numpy as np
 from ground.sim.controller import CONTROL_STEP_S
 from ground.sim.model import Measured, PositionMeasured
 from ground.sim.noise import Noise, Wander
+from ground.sim.profiles import Profile
 from ground.sim.vehicle import GRAVITY_MPS2, Vehicle
 
 FLOW_MIN_QUALITY: Final = 0.1
 HEIGHT_GAIN: Final = 0.12
 CLIMB_GAIN: Final = 0.4
 CLIMB_ERROR_MPS2: Final = 0.05
-"""Of the accelerometer, upwards; counts where no ranger looks down."""
+"""Upward accelerometer error; it matters while no ranger looks down."""
 VARIANCE_START_M2: Final = 0.1
 VARIANCE_FLOOR_M2: Final = 1e-4
 VARIANCE_TAU_S: Final = 0.35
 TILT_RAD2: Final = 1.2e-5
 TILT_GROWTH: Final = 1e-5
-"""Of the variance of the tilt; without flow gravity turns it into that of the velocity."""
+"""Growth of the tilt variance; without flow, gravity turns tilt errors into velocity errors."""
 VARIANCE_MAX_M2: Final = 100.0
 PLACE_START_M2: Final = 100.0
 YAW_START_RAD2: Final = 1e-4
 YAW_GROWTH: Final = 1e-5
 FLOW_VARIANCE: Final = 5.9e-4
-"""Of the velocity over a good floor, as kalman_core.c has it; the model shows VARIANCE_FLOOR_M2."""
+"""Flow's velocity variance over good floor, as in kalman_core.c; the log shows the floor value."""
 COUPLING_S: Final = 0.48
-"""How long a velocity error lasts until flow has removed it: ties velocity to position."""
+"""How long a velocity error lasts until flow removes it; couples velocity to position."""
 HEIGHT_VARIANCE_M2: Final = 1.7e-6
 HEADING_WAY_M: Final = 1.0
-"""Positions so far apart tell the heading."""
+"""Positions this far apart give a heading."""
 YAW_REVERSION: Final = 0.001
 _RECOVER_S: Final = 0.3
 _STEP_S: Final = CONTROL_STEP_S
 
 
-@dataclass(frozen=True, slots=True)
-class Profile:
-    """How wrong the estimate gets; the ranges are drawn from once a flight."""
-
-    scale: tuple[float, float]
-    scale_either_sign: bool
-    anisotropy: float
-    scale_wander: float
-    yaw_bias_dps: tuple[float, float]
-    gyro_scale: float
-    yaw_walk_dps: float
-    velocity_bias_mps: float
-    walk_m_per_root_s: float
-    velocity_noise_mps: float
-    tilt_error_deg: float
-
-
-def _profile(
-    scale: tuple[float, float],
-    either_sign: bool,
-    anisotropy: float,
-    wander: float,
-    yaw_bias_dps: tuple[float, float],
-) -> Profile:
-    return Profile(
-        scale,
-        either_sign,
-        anisotropy,
-        wander,
-        yaw_bias_dps,
-        gyro_scale=0.004,
-        yaw_walk_dps=0.03,
-        velocity_bias_mps=0.008,
-        walk_m_per_root_s=0.006,
-        velocity_noise_mps=0.01,
-        tilt_error_deg=0.3,
-    )
-
-
-PROFILES: Final = {
-    "real": _profile((0.02, 0.12), False, 0.02, 0.035, (0.01, 0.1)),
-    "low": _profile((0.01, 0.03), True, 0.0, 0.01, (0.02, 0.1)),
-    "hard": _profile((0.02, 0.04), True, 0.0, 0.01, (0.1, 0.5)),
-    "perfect": Profile((0.0, 0.0), False, 0.0, 0.0, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
-}
-
-
 class Estimator:
-    """Estimated pose in the frame that the last reset defined; stepped every CONTROL_STEP_S."""
+    """Estimated pose in the frame set by the last reset; stepped every CONTROL_STEP_S."""
 
     def __init__(self, profile: Profile, rng: np.random.Generator) -> None:
         noise = Noise(rng)
@@ -127,16 +80,16 @@ class Estimator:
         self._lost_x_mps = self._lost_y_mps = self._lost_s = 0.0
         self._last: tuple[float, float, float] | None = None
         self.holds_yaw = False
-        """It flies, or a deck asked for it: the yaw does not creep back on the ground."""
+        """Set in flight, or when a deck asks for it: the yaw does not creep back on the ground."""
         self.height_lost = False
-        """There is no ranger that looks down."""
+        """Set while no ranger looks down."""
         self.runaway_mps2 = 0.0
-        """Something drives the velocity away like this, and flow is not believed any more."""
+        """Acceleration that drives the velocity away; flow is ignored meanwhile."""
         self.roll_error_rad = self.pitch_error_rad = 0.0
         self.reset(0.0, 0.0, 0.0, 0.0)
 
     def reset(self, x_m: float, y_m: float, z_m: float, yaw_rad: float) -> None:
-        """Start anew at this pose, unsure."""
+        """Restart at this pose, with the initial variances."""
         self.x_m, self.y_m, self.z_m, self.yaw_rad = x_m, y_m, z_m, yaw_rad
         self.vx_mps = self.vy_mps = self.vz_mps = 0.0
         self.variance_m2 = VARIANCE_START_M2
@@ -149,16 +102,16 @@ class Estimator:
         self._way_from: tuple[float, float] | None = None
 
     def jump(self, x_m: float, y_m: float) -> None:
-        """Believe to be elsewhere, from one moment to the next."""
+        """Shift the estimated position at once."""
         self.x_m += x_m
         self.y_m += y_m
 
     def carried(self) -> None:
-        """What has moved the body just now was not felt."""
+        """Ignore the body's latest motion, which the sensors could not notice."""
         self._last = None
 
     def take(self, measured: Measured) -> None:
-        """Move by what was measured from outside, as far as the covariances say."""
+        """Correct the estimate by an external measurement, with a gain from the covariances."""
         if not isinstance(measured, PositionMeasured):
             self._take_yaw(measured.error_rad, measured.sd_rad)
             return
@@ -181,7 +134,7 @@ class Estimator:
         self.yaw_rad2 *= 1.0 - gain
 
     def _take_way(self, measured: PositionMeasured) -> None:
-        """The way by positions against the way by flow: how far the heading is off."""
+        """Compare the direction travelled by positions and by flow, and correct the heading."""
         start, way_m = self._way_from, math.hypot(*self._way)
         if start is not None and way_m < HEADING_WAY_M:
             return
@@ -192,7 +145,7 @@ class Estimator:
         self._way_from, self._way = (measured.x_m, measured.y_m), (0.0, 0.0)
 
     def step(self, body: Vehicle, height_m: float | None, flow_quality: float) -> None:
-        """Take the body's motion; height_m is a new measurement of the height ranger."""
+        """Follow the body's motion; height_m is a new height measurement, if any."""
         blind = flow_quality < FLOW_MIN_QUALITY or self.runaway_mps2 > 0.0
         lost = blind and not body.on_floor
         self._step_variance(lost, max(flow_quality, FLOW_MIN_QUALITY))
@@ -211,14 +164,14 @@ class Estimator:
         self._step_plane(body, moved, 1.0 / max(flow_quality, FLOW_MIN_QUALITY))
 
     def _moved(self, body: Vehicle) -> tuple[float, float, float]:
-        """What the body has truly moved since the last step, world axes, and turned."""
+        """True displacement (world axes) and rotation of the body since the last step."""
         now = (body.x_m, body.y_m, body.yaw_rad)
         before = self._last or now
         self._last = now
         return now[0] - before[0], now[1] - before[1], now[2] - before[2]
 
     def _rest(self, body: Vehicle, moved: tuple[float, float, float]) -> None:
-        """On the ground nothing drifts, but for the yaw."""
+        """On the ground nothing drifts but the yaw."""
         self.yaw_rad += moved[2]
         if not self.holds_yaw:
             back_rad = math.remainder(self._start_yaw_rad - self.yaw_rad, math.tau)
@@ -250,7 +203,7 @@ class Estimator:
         self._pull_y_mps -= self._pull_y_mps * _STEP_S / COUPLING_S
 
     def _step_height(self, body: Vehicle, height_m: float | None) -> None:
-        """The accelerometer carries the climb, the ranger pulls the height to what is below."""
+        """Integrate the accelerometer to a climb; pull the height to what the ranger measures."""
         pull = self._climb_error_mps2 if self.height_lost else 2.0 * (body.vz_mps - self.vz_mps)
         self.vz_mps += (body.az_mps2 + pull) * _STEP_S
         self.z_m += self.vz_mps * _STEP_S
@@ -260,7 +213,7 @@ class Estimator:
             self.vz_mps += CLIMB_GAIN * gap_m
 
     def _step_lost(self, lost: bool) -> None:
-        """Without flow the tilt error is integrated as if it were acceleration."""
+        """Without flow, integrate the tilt error, which looks like acceleration."""
         if lost:
             felt_mps2 = self.pitch_error_rad * GRAVITY_MPS2 + self.runaway_mps2
             self._lost_x_mps += felt_mps2 * _STEP_S
@@ -270,7 +223,7 @@ class Estimator:
             self._lost_y_mps -= self._lost_y_mps * _STEP_S / _RECOVER_S
 
     def _step_plane(self, body: Vehicle, moved: tuple[float, float, float], worse: float) -> None:
-        """Velocity as flow shows it, and the way that this adds up to, with its errors."""
+        """Velocity as flow measures it and the displacement that it adds up to, with errors."""
         c, s = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
         scale_x = self._scale_x + self._wander_x.step() * worse
         scale_y = self._scale_y + self._wander_y.step() * worse

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A flight to a goal and home, in which one thing goes wrong in one phase; what the drone did."""
+"""A flight to a goal and home with a fault in one phase, and how the drone reacted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ground.model import Point
 from ground.sim.pilot import Pilot
 
 PHASES: Final = ("ground", "takeoff", "scan", "follow", "hover", "return", "land")
-"""When something goes wrong; the state on board, but for the first."""
+"""Phases in which the fault begins: mission states, and `ground` before the take-off."""
 
 _STATE_OF: Final = {
     "ground": MissionState.IDLE,
@@ -29,7 +29,7 @@ _AFTERWARDS: Final = {
     "return": MissionCmd.HOME,
     "land": MissionCmd.LAND,
 }
-"""What is commanded on the way to the goal."""
+"""The command given on the way to the goal to enter the phase."""
 _ON_THE_WAY_S: Final = 7.0
 _BEGUN_S: Final = 3.0
 _PHASE_S: Final = 150.0
@@ -41,27 +41,27 @@ _RESTING: Final = (MissionState.IDLE, MissionState.HOVER, MissionState.FAULT)
 
 @dataclass(frozen=True, slots=True)
 class FaultFlight:
-    """What followed; reasons are those that the drone gave for refusing or ending something."""
+    """What followed a fault; `reasons` are those that the drone gave for refusing or ending."""
 
     fault: str
     phase: str
     happened: bool
-    """The flight got as far as that phase."""
+    """Whether the flight got as far as the phase."""
     state: MissionState
-    """In which it came to rest."""
+    """The state in which the drone came to rest."""
     reasons: tuple[MissionReason, ...]
     hangs: bool
-    """It did not come to rest, or did not land when it was told to."""
+    """Whether it did not come to rest, or did not land when commanded to."""
     alive: bool
-    """No assertion has stopped the app."""
+    """Whether the app still runs, without a failed assertion."""
     collisions: int
-    """In which the drone moved into something, after the fault and before it was out of control."""
+    """Contacts that the drone caused after the fault, if it kept control of its motors."""
 
 
 def fly_with_fault(
     pilot: Pilot, goal: Point, fault: str, phase: str, delay_s: float = 0.0
 ) -> FaultFlight:
-    """Fly to the goal and home until that phase has begun for delay_s; then let it happen."""
+    """Fly to the goal and home; let the fault happen delay_s after the phase has begun."""
     happened = _reach(pilot, goal, phase)
     begin_s, refused = pilot.time_s, MissionReason.OK
     if happened:
@@ -83,18 +83,18 @@ def fly_with_fault(
     collisions = [c for c in truth["collision_log"] if c["time_s"] > begin_s]
     return FaultFlight(
         fault, phase, happened, state, reasons, not (rests and lands), truth["app_alive"],
-        sum(c["drone_mps"] >= c["obstacle_mps"] for c in collisions) if _controlled(fault) else 0,
+        sum(c["by_drone"] for c in collisions) if _controlled(fault) else 0,
     )  # fmt: skip
 
 
 def _controlled(fault: str) -> bool:
-    """Where its motors stop it falls as it falls."""
+    """Whether the drone keeps control: faults that stop the motors let it fall."""
     return fault not in ("tumbled", "e-stop")
 
 
 def _reach(pilot: Pilot, goal: Point, phase: str) -> bool:
-    """Fly until that phase begins; false if it does not."""
-    _settle(pilot)
+    """Fly until the phase begins; false if it does not."""
+    pilot.rest(_BEGUN_S)
     if phase == "ground":
         return True
     wanted = _STATE_OF[phase]
@@ -108,10 +108,6 @@ def _reach(pilot: Pilot, goal: Point, phase: str) -> bool:
     return _until(pilot, lambda: _state(pilot) is wanted, _PHASE_S)
 
 
-def _settle(pilot: Pilot) -> None:
-    pilot.rest(_BEGUN_S)
-
-
 def _until(pilot: Pilot, done: Callable[[], bool], limit_s: float) -> bool:
     end_s = pilot.time_s + limit_s
     while not done():
@@ -122,7 +118,7 @@ def _until(pilot: Pilot, done: Callable[[], bool], limit_s: float) -> bool:
 
 
 def _rests(pilot: Pilot) -> bool:
-    """For long enough."""
+    """Whether the drone stays in a resting state for _REST_S."""
     end_s = pilot.time_s + _REST_S
     while pilot.time_s < end_s:
         if _state(pilot) not in _RESTING:
@@ -136,7 +132,7 @@ def _state(pilot: Pilot) -> MissionState:
 
 
 def _say(pilot: Pilot, cmd: MissionCmd, goal: Point | None = None) -> MissionReason:
-    """Whether it is heard or not; why it is refused."""
+    """Give a command, and return the reason for its refusal; no answer counts as OK."""
     try:
         return pilot.command(cmd, goal)
     except NoAnswer:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faults that begin and end at their times, or when somebody says so."""
+"""Faults that begin and end at set times or on command."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ground.sim.faulttable import FAULTS, Bench, End
 
 @dataclass(frozen=True, slots=True)
 class FaultSpec:
-    """A fault that shall happen; times are simulated, from the start."""
+    """A fault to inject; at_s is simulated time since the start."""
 
     name: str
     at_s: float = 0.0
@@ -21,9 +21,9 @@ class FaultSpec:
         if self.name not in FAULTS:
             raise ValueError(f"no fault {self.name!r}; there are " + ", ".join(FAULTS))
         if not 0.0 <= self.at_s < math.inf:
-            raise ValueError(f"{self.name}: {self.at_s} is no time")
+            raise ValueError(f"{self.name}: {self.at_s} is not a time")
         if self.seconds is not None and not 0.0 < self.seconds < math.inf:
-            raise ValueError(f"{self.name}: {self.seconds} is no duration")
+            raise ValueError(f"{self.name}: {self.seconds} is not a duration")
 
 
 def parse_fault(text: str) -> FaultSpec:
@@ -40,7 +40,7 @@ def parse_fault(text: str) -> FaultSpec:
 
 @dataclass(slots=True)
 class Happened:
-    """One fault, as it came and went."""
+    """A fault that was injected; times are simulated."""
 
     name: str
     begin_s: float
@@ -48,7 +48,7 @@ class Happened:
 
 
 class Faults:
-    """Lets faults begin and end by the plant's time."""
+    """Begins and ends faults as simulated time goes on."""
 
     def __init__(self, bench: Bench, specs: tuple[FaultSpec, ...]) -> None:
         self.log: list[Happened] = []
@@ -58,7 +58,7 @@ class Faults:
         self.step()
 
     def step(self) -> None:
-        """Begin and end what is due."""
+        """Begin and end the faults that are due."""
         now_s = self.bench.plant.time_s
         while self._due and self._due[0].at_s <= now_s:
             spec = self._due.pop(0)
@@ -68,7 +68,7 @@ class Faults:
                 self.end(happened.name)
 
     def begin(self, name: str, seconds: float | None = None) -> None:
-        """Let it happen now."""
+        """Begin a fault now; without `seconds` it lasts as long as the fault table says."""
         FaultSpec(name, seconds=seconds)
         fault, now_s = FAULTS[name], self.bench.plant.time_s
         self.end(name)
@@ -80,7 +80,7 @@ class Faults:
             self._running.append((happened, now_s + lasts_s, end))
 
     def end(self, name: str) -> bool:
-        """Let it be over; false if it was not there."""
+        """End a fault now; false if it was not active."""
         for entry in self._running:
             happened, _, end = entry
             if happened.name == name:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Everything that can go wrong, by name, and what it does to the simulated drone."""
+"""The table of faults by name, and what each does to the simulated drone."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy as np
 from ground.sim.broken import Broken
 from ground.sim.firmware import Firmware
 from ground.sim.flightstack import FlightStack
+from ground.sim.hearing import numbers_of
 from ground.sim.params import Params
 from ground.sim.plant import Plant
 from ground.sim.radio import Radio
@@ -40,7 +41,7 @@ _DIRECTIONS: Final = 16
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """All that faults may touch."""
+    """What faults may act on."""
 
     world: World
     plant: Plant
@@ -56,14 +57,14 @@ Begin = Callable[[Bench, float], End]
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One line of the table; begin() starts it and gives what ends it."""
+    """One entry of the table; begin() starts the fault and returns what ends it."""
 
     what: str
     begin: Begin
     seconds: float = math.inf
-    """How long it lasts if nobody says it."""
+    """How long it lasts unless told otherwise."""
     lasts: bool = True
-    """It can end; else it happens once, and what follows is up to the drone."""
+    """Whether it can end; otherwise it happens once, and the drone must cope."""
 
 
 def _once(act: Callable[[Bench], None]) -> Begin:
@@ -75,7 +76,7 @@ def _once(act: Callable[[Bench], None]) -> Begin:
 
 
 def _beams(kind: str, *beams: int) -> Begin:
-    """frozen, dead or short"""
+    """Break beams: `kind` is frozen, dead or short."""
 
     def begin(bench: Bench, seconds: float) -> End:
         broken: set[int] = getattr(bench.plant.broken, f"{kind}_beams")
@@ -86,7 +87,7 @@ def _beams(kind: str, *beams: int) -> Begin:
 
 
 def _sensors(**values: float | bool) -> Begin:
-    """Fields of Broken."""
+    """Set fields of Broken, and restore them at the end."""
     sound = Broken()
 
     def begin(bench: Bench, seconds: float) -> End:
@@ -101,7 +102,7 @@ def _sensors(**values: float | bool) -> Begin:
 
 
 def _deck_gone(deck: str, blind: Begin) -> Begin:
-    """The driver waits for ever; before the firmware starts the deck is not found at all."""
+    """Remove a deck: before the app boots it is not detected, later its driver blocks for ever."""
 
     def begin(bench: Bench, seconds: float) -> End:
         identity = bench.params.find(f"deck.{deck}")
@@ -149,7 +150,7 @@ def _stall(bench: Bench, seconds: float) -> End:
 
 
 def _carry(bench: Bench, seconds: float) -> End:
-    """Along the direction in which there is most room, held where it shall go, then let go."""
+    """Carry the drone where there is most room and hold it there; at the end let it go."""
     x_m, y_m, z_m = bench.plant.truth.position_m
     angles = np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS
     ways = np.stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)], axis=1)
@@ -172,7 +173,7 @@ def _put(bench: Bench, boxes: tuple[Obstacle, ...]) -> End:
 
 
 def _wall_in(bench: Bench, seconds: float) -> End:
-    """A cell that leaves room to hover."""
+    """Build a cell around the drone that leaves room to hover."""
     x_m, y_m, _ = bench.plant.truth.position_m
     long_m, thick_m = _CELL_M + 0.1, 0.05
     sides = (
@@ -185,8 +186,8 @@ def _wall_in(bench: Bench, seconds: float) -> End:
 
 
 def _block_goal(bench: Bench, seconds: float) -> End:
-    """A box where it wants to go; not where it is already."""
-    logs = {f"{e.group}.{e.name}": i for i, e in enumerate(bench.firmware.log_entries())}
+    """Put a box at the drone's goal, unless the drone is there already."""
+    logs = numbers_of(bench.firmware.log_entries())
     goal = (
         struct.unpack("<f", bench.firmware.log_read(logs[name], 7, bench.firmware.now_ms()))[0]
         for name in ("way.goalX", "way.goalY")
@@ -203,17 +204,17 @@ _ALL_BEAMS: Final = tuple(range(len(BEAMS)))
 FAULTS: Final[dict[str, Fault]] = {
     "ranges-frozen": Fault("no range changes any more", _beams("frozen", *_ALL_BEAMS)),
     "ranges-dead": Fault("no range sensor answers", _beams("dead", *_ALL_BEAMS)),
-    "ranges-short": Fault("what is far is reported near", _beams("short", *_ALL_BEAMS)),
+    "ranges-short": Fault("far ranges are reported as near", _beams("short", *_ALL_BEAMS)),
     **{
         f"{beam}-{kind}": Fault(f"the sensor {beam} {what}", _beams(kind, number))
         for number, beam in enumerate(BEAMS)
         for kind, what in (
             ("frozen", "repeats its last range"),
             ("dead", "does not answer"),
-            ("short", "reports what is far as near"),
+            ("short", "reports far ranges as near"),
         )
     },
-    "map-full": Fault("far ranges are anything, until the map is full", _sensors(scattered=True)),
+    "map-full": Fault("far ranges are random, to fill the map", _sensors(scattered=True)),
     "ranger-gone": Fault(
         "the Multi-ranger falls off",
         _deck_gone("bcMultiranger", _beams("frozen", *_ALL_BEAMS)),
@@ -222,8 +223,8 @@ FAULTS: Final[dict[str, Fault]] = {
         "the Flow deck falls off: neither flow nor height",
         _deck_gone("bcFlow2", _sensors(flow=True, height=True)),
     ),
-    "flow-lost": Fault("the floor is dark or shines", _sensors(flow=True)),
-    "box": Fault("what is below is nearer than the floor", _sensors(step_m=_STEP_M), 2.0),
+    "flow-lost": Fault("the floor is too dark or shiny for flow", _sensors(flow=True)),
+    "box": Fault("something below is nearer than the floor", _sensors(step_m=_STEP_M), 2.0),
     "estimate-jumps": Fault(
         "the position estimate jumps",
         _once(lambda bench: bench.plant.jump_estimate(_JUMP_M, 0.0)),
@@ -244,13 +245,13 @@ FAULTS: Final[dict[str, Fault]] = {
     "ground-silent": Fault("nothing gets through by radio", _silent),
     "packets-lost": Fault("packets get lost", _trouble(TroubleSpec(loss=_SHARE))),
     "packets-doubled": Fault("packets come twice", _trouble(TroubleSpec(duplication=_SHARE))),
-    "packets-reordered": Fault("packets overtake others", _trouble(TroubleSpec(reorder=_SHARE))),
+    "packets-reordered": Fault("packets change places", _trouble(TroubleSpec(reorder=_SHARE))),
     "packets-late": Fault("packets are late", _late),
-    "battery-sag": Fault("the battery gives less under load", _sag),
+    "battery-sag": Fault("the battery voltage sags", _sag),
     "battery-low": Fault("the battery is nearly empty", _drain(_LOW_CHARGE), lasts=False),
     "battery-empty": Fault("the battery is empty", _drain(0.0), lasts=False),
-    "time-jump": Fault("the app gets no time", _stall, 1.0, lasts=False),
+    "time-jump": Fault("the app gets no CPU time", _stall, 1.0, lasts=False),
     "goal-blocked": Fault("something stands at its goal", _block_goal),
     "walled-in": Fault("walls are put up around it", _wall_in),
 }
-"""By name; --help and the console list them."""
+"""Faults by name, as --help and the console list them."""

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The firmware app, compiled for this machine and loaded: one Firmware is one Crazyflie.
 
-Every instance loads a copy of its own of the compiled library, so that several can fly at once.
-Not for two threads at a time: all calls of an instance come from one thread.
+Each instance loads its own copy of the compiled library, so several drones can fly in one process.
+Not thread-safe: all calls of an instance come from one thread.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 from ground.errors import CoreMissing
 from ground.sim.model import Measured, PositionMeasured, Readings, Setpoint, YawMeasured
 
-_C: TypeAlias = Any  # something of C; cffi has no types for it
+_C: TypeAlias = Any  # a C object; cffi has no types for it
 _MODULE = "ground.sim._firmware"
 _LIBRARY = Path(__file__).parent / f"_firmware{EXTENSION_SUFFIXES[0]}"
 _READINGS = tuple(Readings.__dataclass_fields__)
@@ -31,7 +31,7 @@ _BLOCK_BYTES = 512
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One line of a table of contents; type is the raw byte, flags included."""
+    """One entry of a table of contents; type is the raw byte with its flags."""
 
     type: int
     group: str
@@ -41,11 +41,11 @@ class Entry:
 
 
 class BlockReader:
-    """Samples a fixed set of log variables in one call."""
+    """Samples a fixed set of log variables with one call."""
 
     def __init__(self, ffi: _C, lib: _C, ids: Sequence[int], types: Sequence[int]) -> None:
         if len(ids) != len(types):
-            raise ValueError("as many types as variables")
+            raise ValueError("there must be as many types as variables")
         self._read = lib.sim_port_log_read_block
         self._ids = ffi.new("uint16_t[]", list(ids))
         self._types = ffi.new("uint8_t[]", list(types))
@@ -54,13 +54,13 @@ class BlockReader:
         self._view = ffi.buffer(self._bytes)
 
     def read(self, time_ms: int) -> bytes:
-        """The values in order, little-endian; empty if there is an unknown variable or type."""
+        """The values in order, little-endian; empty if a variable or type is unknown."""
         size = self._read(self._ids, self._types, self._count, time_ms, self._bytes)
         return bytes(self._view[:size])
 
 
 class Firmware:
-    """The app's C code with the host version of the firmware around it; time moves by run()."""
+    """The app and the host version of the firmware around it; its clock advances only in run()."""
 
     def __init__(self) -> None:
         module = _load()
@@ -77,11 +77,11 @@ class Firmware:
         self._lib.sim_port_boot()
 
     def run(self, ms: int) -> None:
-        """Let firmware time pass."""
+        """Advance the firmware's clock and run the tasks that become due."""
         self._lib.sim_port_run(ms)
 
     def stall(self, ms: int) -> None:
-        """Let other tasks take all the time: the app goes on so much later."""
+        """Delay the app as if other tasks used the CPU for this long."""
         self._lib.sim_port_stall(ms)
 
     def now_ms(self) -> int:
@@ -89,48 +89,48 @@ class Firmware:
         return int(self._lib.sim_port_now_ms())
 
     def alive(self) -> bool:
-        """The app runs: it was booted and no assertion failed."""
+        """Whether the app was booted and no assertion has failed."""
         return bool(self._lib.sim_port_alive())
 
     def set_sensors(self, readings: Readings) -> None:
-        """What the sensors and the estimator say from now on."""
+        """Set what sensors and estimator report from now on."""
         for name in _READINGS:
             setattr(self._sensors, name, getattr(readings, name))
         self._lib.sim_port_set_sensors(self._sensors)
 
     def set_connected(self, connected: bool) -> None:
-        """Whether a client has been heard lately."""
+        """Set whether a client was heard recently."""
         self._lib.sim_port_set_connected(connected)
 
     def set_tx_free(self, packets: int) -> None:
-        """Room in the transmit queue, in packets."""
+        """Set the room in the transmit queue, in packets."""
         self._lib.sim_port_set_tx_free(packets)
 
     def get_setpoint(self) -> Setpoint:
-        """What the stabilizer would take now."""
+        """The setpoint that the stabilizer would use now."""
         self._lib.sim_port_get_setpoint(self._setpoint)
         return Setpoint(*(getattr(self._setpoint, name) for name in _SETPOINT))
 
     def put_setpoint(self, setpoint: Setpoint, priority: int) -> bool:
-        """Offer a setpoint; False if a higher priority holds the vehicle."""
+        """Offer a setpoint; false if a setpoint of higher priority is active."""
         for name in _SETPOINT:
             setattr(self._setpoint, name, getattr(setpoint, name))
         return bool(self._lib.sim_port_put_setpoint(self._setpoint, priority))
 
     def relax_priority(self) -> None:
-        """From now on any setpoint is taken."""
+        """Accept setpoints of any priority again."""
         self._lib.sim_port_relax_priority()
 
     def active_priority(self) -> int:
-        """Lower priorities than this are refused now."""
+        """The priority of the active setpoint; lower ones are refused."""
         return int(self._lib.sim_port_active_priority())
 
     def take_arming_request(self) -> int:
-        """What the app asked for since the last call: 0 nothing, 1 disarm, 2 arm."""
+        """The app's latest request since the last call: 0 none, 1 disarm, 2 arm."""
         return int(self._lib.sim_port_take_arming_request())
 
     def take_measurements(self) -> Iterator[Measured]:
-        """What the app has told the estimator since the last call."""
+        """Measurements that the app has sent to the estimator since the last call."""
         found = self._measurement
         while self._lib.sim_port_take_measurement(found):
             if found.of_yaw:
@@ -143,15 +143,15 @@ class Firmware:
         return int(self._lib.sim_port_log_count())
 
     def log_entries(self) -> list[Entry]:
-        """All log variables; the index is the number."""
+        """All log variables; a variable's id is its index."""
         return self._entries(self._lib.sim_port_log_entry, self.log_count())
 
     def log_crc(self) -> int:
-        """Changes with the contents of the log table."""
+        """Checksum of the log table."""
         return int(self._lib.sim_port_log_crc())
 
     def log_read(self, identity: int, fetch_type: int, time_ms: int) -> bytes:
-        """One sample as a log type (8 is FP16), little-endian; empty if one is unknown."""
+        """One sample, fetched as a log type (8 is FP16), little-endian; empty if one is unknown."""
         size = self._lib.sim_port_log_read(identity, fetch_type, time_ms, self._bytes)
         return self._taken(size)
 
@@ -160,43 +160,43 @@ class Firmware:
         return BlockReader(self._ffi, self._lib, ids, types)
 
     def param_entries(self) -> list[Entry]:
-        """All parameters; the index is the number."""
+        """All parameters; a parameter's id is its index."""
         return self._entries(self._lib.sim_port_param_entry, self._lib.sim_port_param_count())
 
     def param_crc(self) -> int:
-        """Changes with the contents of the parameter table."""
+        """Checksum of the parameter table."""
         return int(self._lib.sim_port_param_crc())
 
     def param_read(self, identity: int) -> bytes:
-        """The value as it is stored, little-endian; empty if unknown."""
+        """The stored value, little-endian; empty if the id is unknown."""
         return self._taken(self._lib.sim_port_param_read(identity, self._bytes))
 
     def param_default(self, identity: int) -> bytes:
-        """The value that it had when the firmware started."""
+        """The value that the parameter had when the firmware started."""
         return self._taken(self._lib.sim_port_param_default(identity, self._bytes))
 
     def param_write(self, identity: int, value: bytes) -> int:
-        """Store, as a client does; 0 or an errno (2 unknown, 13 read-only, 22 wrong size)."""
+        """Write as a client does: 0 or an errno (2 unknown, 13 read-only, 22 wrong size)."""
         return int(self._lib.sim_port_param_write(identity, value, len(value)))
 
     def param_force(self, identity: int, value: bytes) -> int:
-        """Store, as the firmware itself does: no callback, read-only or not."""
+        """Write as the firmware itself does: without callback, even if read-only."""
         return int(self._lib.sim_port_param_force(identity, value, len(value)))
 
     def take_param_update(self) -> int:
-        """Next parameter that the app has changed, -1 if none."""
+        """The id of the next parameter that the app has changed, or -1."""
         return int(self._lib.sim_port_take_param_update())
 
     def appchannel_push(self, data: bytes) -> bool:
-        """A packet for the app; False if its queue is full."""
+        """Send a packet to the app; false if its queue is full."""
         return bool(self._lib.sim_port_appchannel_push(data, len(data)))
 
     def appchannel_take(self) -> bytes:
-        """The oldest packet that the app has sent, empty if there is none."""
+        """Take the oldest packet that the app has sent; empty if there is none."""
         return self._taken(self._lib.sim_port_appchannel_take(self._bytes))
 
     def console_take(self) -> bytes:
-        """The next packet of console text, empty if there is none."""
+        """Take the next packet of console text; empty if there is none."""
         size = self._lib.sim_port_console_take(self._text)
         return bytes(self._ffi.buffer(self._text, size))
 
@@ -214,12 +214,9 @@ class Firmware:
 
 
 def _load() -> ModuleType:
-    """A fresh copy of the library: its variables are shared with no other instance."""
+    """Load a fresh copy of the library, so that no two instances share its global variables."""
     if not _LIBRARY.exists():
-        raise CoreMissing(
-            "the firmware app is not compiled",
-            "`make setup`, or `python -m ground.sim.firmware_build`",
-        )
+        raise CoreMissing("the firmware app is not compiled", "`make setup`")
     with tempfile.TemporaryDirectory(prefix="wayflie-fw-") as folder:
         copy = Path(shutil.copy(_LIBRARY, folder))
         loader = ExtensionFileLoader(_MODULE, str(copy))

@@ -22,7 +22,7 @@ _DISARM_REQUEST, _ARM_REQUEST = 1, 2
 
 
 class FlightStack:
-    """What clients command, and what the body shall do after all rules were applied."""
+    """Commands of clients and the app in, the setpoint that the body shall follow out."""
 
     def __init__(self, firmware: Firmware, auto_arm: bool) -> None:
         self.console: list[str] = []
@@ -38,7 +38,7 @@ class FlightStack:
         return int(self._supervisor.info)
 
     def step(self, readings: Readings, stop_parameter: bool) -> tuple[Setpoint, bool]:
-        """The setpoint for the stabilizer now, and whether the motors may run."""
+        """Return the setpoint for the stabilizer and whether the motors may run."""
         now_ms = self._firmware.now_ms()
         wanted = self._high_level.setpoint(now_ms, readings)
         if self._firmware.active_priority() <= _PRIORITY_HIGH_LEVEL:
@@ -55,19 +55,19 @@ class FlightStack:
         return self._supervisor.override(setpoint), self._supervisor.can_fly
 
     def emergency_stop(self) -> None:
-        """Somebody presses the button."""
+        """Cut the motors, as an emergency stop command does."""
         self._supervisor.emergency_stop()
 
     def roll_pitch_yaw_thrust(self, data: bytes) -> None:
-        """Port 3."""
+        """Take a setpoint of port 3."""
         self._firmware.put_setpoint(self._thrust_lock.decode(data), _PRIORITY_CRTP)
 
     def generic(self, data: bytes) -> None:
-        """Port 7, channel 0."""
+        """Take a setpoint of port 7, channel 0."""
         self._firmware.put_setpoint(decode_generic(data), _PRIORITY_CRTP)
 
     def notify_stop(self, readings: Readings, data: bytes) -> None:
-        """Port 7, channel 1: setpoints will stop, let the high-level commander go on from here."""
+        """Port 7, channel 1: setpoints will stop; the high-level commander goes on from here."""
         command, _remaining_ms = unpack(_NOTIFY_STOP, data)
         if command != 0:
             raise BadPacket("meta command")
@@ -75,13 +75,13 @@ class FlightStack:
         self._firmware.relax_priority()
 
     def high_level(self, data: bytes) -> bytes:
-        """Port 8: the answer repeats three bytes and adds an error number."""
+        """Port 8: the answer repeats three bytes and appends an error number."""
         error = self._high_level.command(data, self._firmware.now_ms())
         head = data[: _HIGH_LEVEL_ANSWER_BYTES - 1].ljust(_HIGH_LEVEL_ANSWER_BYTES - 1, b"\0")
         return encode(Port.SETPOINT_HIGH_LEVEL, 0, head + bytes((error,)))
 
     def supervisor_info(self, data: bytes) -> bytes:
-        """Port 9, channel 0."""
+        """Port 9, channel 0: answer with one bit of supervisor.info, or with all of them."""
         if len(data) != 1 or not 1 <= data[0] <= _INFO_BITFIELD:
             raise BadPacket("supervisor request")
         command = data[0]
@@ -92,7 +92,7 @@ class FlightStack:
         return encode(Port.SUPERVISOR, 0, bytes((command | _ANSWER,)) + value)
 
     def supervisor_command(self, data: bytes) -> bytes | None:
-        """Port 9, channel 1."""
+        """Port 9, channel 1: arming, recovery, emergency stop and its watchdog."""
         if data[:1] == bytes((_EMERGENCY_STOP,)):
             self._supervisor.emergency_stop()
             return None
@@ -103,7 +103,7 @@ class FlightStack:
         return encode(Port.SUPERVISOR, 1, bytes((data[0] | _ANSWER,)) + result)
 
     def legacy_command(self, data: bytes) -> bytes:
-        """Arming and recovery as older clients ask for them: port 13, channel 0."""
+        """Port 13, channel 0: arming and recovery as older clients request them."""
         return encode(Port.PLATFORM, 0, data[:1] + self._arm_or_recover(data))
 
     def legacy_emergency(self, data: bytes) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plan view of all obstacles of a world: where they are at a time, how far away they are."""
+"""Plan view of a world's obstacles: where they are at a time, and distances to them."""
 
 import math
 from itertools import pairwise
@@ -14,7 +14,7 @@ CARRIED_MPS = 3.0
 
 
 def position_m(obstacle: Obstacle, moving_s: float) -> Point:
-    """Centre of the obstacle when it has been on its way that long; before that, negative."""
+    """Centre of an obstacle that has been moving for moving_s; negative: it has not started yet."""
     motion = obstacle.motion
     if motion is None or moving_s <= 0.0:
         return obstacle.center_m
@@ -45,14 +45,14 @@ def _stops(obstacle: Obstacle, motion: Motion) -> tuple[Point, ...]:
 
 
 class Footprints:
-    """Rectangles and discs as arrays, one row an obstacle; moves with time.
+    """Rectangles and discs as arrays, one row per obstacle; they move with time.
 
-    changes counts every appearing and vanishing, so that who remembers a distance knows when to
-    forget it.
+    `changes` counts appearing and vanishing obstacles, so that a remembered distance can be
+    recognised as outdated.
     """
 
     def __init__(self, obstacles: tuple[Obstacle, ...], before: "Footprints | None" = None) -> None:
-        """Or go on from what was before, with other obstacles at the end."""
+        """Make rows for obstacles; with `before`, keep its time and motions (new ones are last)."""
         self.obstacles = obstacles
         self.center_m = np.array([o.center_m for o in obstacles], float).reshape(-1, 2)
         self.velocity_mps = np.zeros_like(self.center_m)
@@ -77,7 +77,7 @@ class Footprints:
         self.move_to(self._time_s, None)
 
     def move_to(self, time_s: float, drone_m: Point | None) -> list[int]:
-        """Put everything where it is at that time; return the rows that may have changed."""
+        """Move obstacles to where they are at that time; return the rows that may have changed."""
         elapsed_s = time_s - self._time_s
         self._time_s = time_s
         for i in self._dynamic:
@@ -94,19 +94,19 @@ class Footprints:
         return self._dynamic
 
     def carry(self, row: int, at_m: tuple[float, float, float], velocity_mps: Point) -> None:
-        """Something else moves this row: where its foot is, and how fast it goes."""
+        """Set position and velocity of a row that something else moves (another drone)."""
         height_m = self.top_m[row] - self.bottom_m[row]
         self.center_m[row], self.velocity_mps[row] = at_m[:2], velocity_mps
         self.bottom_m[row], self.top_m[row] = at_m[2], at_m[2] + height_m
         self.fastest_mps = max(self.fastest_mps, CARRIED_MPS)
 
     def triggered_by(self, other: "Footprints") -> None:
-        """What waits for the drone of another world moves here as well."""
+        """Start motions here that the drone of another world has triggered."""
         for row, start_s in enumerate(other._starts_s[: len(self._starts_s)]):
             self._starts_s[row] = min(self._starts_s[row], start_s)
 
     def _start(self, row: int, motion: Motion, drone_m: Point | None) -> float:
-        """When this row starts to move; inf as long as it waits for the drone."""
+        """When this row's motion starts; inf while it waits for the drone."""
         trigger, waits = motion.trigger, math.isinf(self._starts_s[row])
         if trigger is not None and drone_m is not None and waits:
             near = math.dist(trigger.center_m, drone_m) <= trigger.radius_m
@@ -114,17 +114,11 @@ class Footprints:
         return self._starts_s[row]
 
     def signed_m(self, x_m: float, y_m: float) -> Array:
-        """Plan distance of a point to each outline, negative inside; inf where absent."""
-        dx = x_m - self.center_m[:, 0]
-        dy = y_m - self.center_m[:, 1]
-        u = np.abs(self._cos * dx + self._sin * dy) - self._half_m[:, 0]
-        v = np.abs(self._cos * dy - self._sin * dx) - self._half_m[:, 1]
-        outside = np.hypot(np.maximum(u, 0.0), np.maximum(v, 0.0))
-        signed = outside + np.minimum(np.maximum(u, v), 0.0) - self._radius_m
-        return np.where(self.present, signed, np.inf)
+        """Plan distance of a point to each outline, negative inside; inf for absent obstacles."""
+        return np.where(self.present, self._signed(x_m, y_m), np.inf)
 
     def normal(self, row: int, x_m: float, y_m: float) -> Point:
-        """Unit direction from outline row towards the point, pointing out of it."""
+        """Unit vector that points out of the outline of a row, towards the point."""
         step_m = 1e-4
         d = [
             self.signed_m(x, y)[row]
@@ -141,25 +135,28 @@ class Footprints:
 
     def surface_distance_m(self, points_m: Array, height_m: float) -> Array:
         """Distance of each point (N x 2) to the nearest outline that exists at that height."""
-        rows = self.present & (self.bottom_m < height_m) & (height_m < self.top_m)
-        nearest = np.full(len(points_m), np.inf)
-        for row in np.flatnonzero(rows):
-            np.minimum(nearest, np.abs(self._signed_to(row, points_m)), out=nearest)
-        return nearest
+        return self._nearest(points_m, height_m, height_m, np.abs)
 
     def gap_m(self, points_m: Array, low_m: float, high_m: float) -> Array:
-        """Distance of each point (N x 2) to what stands between two heights, negative inside."""
+        """Distance of each point (N x 2) to obstacles between two heights, negative inside."""
+        return self._nearest(points_m, low_m, high_m, np.positive)
+
+    def _nearest(self, points_m: Array, low_m: float, high_m: float, counts: np.ufunc) -> Array:
+        """Least value of `counts` of the distances to all obstacles between two heights."""
         rows = self.present & (self.bottom_m < high_m) & (low_m < self.top_m)
         nearest = np.full(len(points_m), np.inf)
+        x_m, y_m = points_m.T
         for row in np.flatnonzero(rows):
-            np.minimum(nearest, self._signed_to(row, points_m), out=nearest)
+            np.minimum(nearest, counts(self._signed(x_m, y_m, row)), out=nearest)
         return nearest
 
-    def _signed_to(self, row: np.intp, points_m: Array) -> Array:
-        """Distance of each point to one outline, negative inside."""
-        dx, dy = (points_m - self.center_m[row]).T
-        u = np.abs(self._cos[row] * dx + self._sin[row] * dy) - self._half_m[row, 0]
-        v = np.abs(self._cos[row] * dy - self._sin[row] * dx) - self._half_m[row, 1]
+    def _signed(
+        self, x_m: float | Array, y_m: float | Array, rows: slice | np.intp = slice(None)
+    ) -> Array:
+        """Distances of a point to the outlines, or of points to one of them; negative inside."""
+        dx, dy = x_m - self.center_m[rows, 0], y_m - self.center_m[rows, 1]
+        u = np.abs(self._cos[rows] * dx + self._sin[rows] * dy) - self._half_m[rows, 0]
+        v = np.abs(self._cos[rows] * dy - self._sin[rows] * dx) - self._half_m[rows, 1]
         outside = np.hypot(np.maximum(u, 0.0), np.maximum(v, 0.0))
-        signed: Array = outside + np.minimum(np.maximum(u, v), 0.0) - self._radius_m[row]
+        signed: Array = outside + np.minimum(np.maximum(u, v), 0.0) - self._radius_m[rows]
         return signed

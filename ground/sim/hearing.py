@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a drone says, without a radio: words out of its log blocks and its app channel."""
+"""Decodes what a drone says without a radio, from its log blocks and its app channel."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Final, TypeAlias
 
-from ground.logblocks import LogBlock, log_blocks
+from ground.link.logblocks import LogBlock, log_blocks
+from ground.link.wire import decode_message
 from ground.model import Incoming
 from ground.sim.firmware import BlockReader, Entry, Firmware
-from ground.wire import decode_message
 
 LOG_TYPES: Final = {"uint8_t": (1, "B"), "uint16_t": (2, "H"), "uint32_t": (3, "I"),
                     "float": (7, "f"), "FP16": (8, "e")}  # fmt: skip
-"""Numbers of the log types, and how struct names them."""
+"""Numbers of the log types, and their letters for struct."""
 Keeper: TypeAlias = Callable[[Incoming, int], None]
 """Takes a message and the drone's time [ms]."""
-_MAP_PERIOD_MS: Final = 20
+MAP_PERIOD_MS: Final = 20
 
 
 class Block:
-    """One block of the ground station, by the numbers of a drone's variables."""
+    """One log block of the ground station, with the ids of a drone's variables."""
 
     def __init__(self, block: LogBlock, numbers: dict[str, int]) -> None:
         self.period_ms = block.period_ms
@@ -31,7 +31,7 @@ class Block:
         self._layout = struct.Struct("<" + "".join(LOG_TYPES[k][1] for _, k in block.variables))
 
     def message(self, time_ms: int, data: bytes) -> Incoming | None:
-        """What one sample says."""
+        """Decode one sample; None if its size is wrong or its values make no sense."""
         if len(data) != self._layout.size:
             return None
         names = (name for name, _ in self._block.variables)
@@ -39,29 +39,29 @@ class Block:
         return self._block.decode(time_ms, values)
 
     def reader(self, firmware: Firmware) -> BlockReader:
-        """To take samples."""
+        """A reader that takes samples of this block."""
         return firmware.block_reader(self.ids, self.types)
 
 
-def blocks_of(firmware: Firmware) -> list[Block]:
-    """All blocks of a session."""
+def blocks_of(firmware: Firmware, map_period_ms: int = MAP_PERIOD_MS) -> list[Block]:
+    """All log blocks of a session."""
     numbers = numbers_of(firmware.log_entries())
-    return [Block(block, numbers) for block in log_blocks(_MAP_PERIOD_MS)]
+    return [Block(block, numbers) for block in log_blocks(map_period_ms)]
 
 
 def numbers_of(entries: Sequence[Entry]) -> dict[str, int]:
-    """Number of each variable, by its full name."""
+    """The id of each variable by its full name."""
     return {f"{entry.group}.{entry.name}": number for number, entry in enumerate(entries)}
 
 
 class Ear:
-    """Finds words in recorded calls (calls.py)."""
+    """Finds the drone's messages in recorded calls (calls.py)."""
 
     def __init__(self, firmware: Firmware) -> None:
         self._blocks = {(b.ids, b.types): b for b in blocks_of(firmware)}
 
     def hear(self, outcomes: Iterable[tuple[bytes, bytes, bytes]]) -> Iterator[Incoming]:
-        """Of letters, arguments and outcomes."""
+        """Messages in a sequence of letter, arguments and outcome."""
         for letter, arguments, outcome in outcomes:
             message = None
             if letter == b"L":

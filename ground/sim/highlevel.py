@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The firmware's high-level commander: take off, land and go to by smooth trajectories.
+"""The firmware's high-level commander: take-off, landing and go-to along smooth trajectories.
 
 After crtp_commander_high_level.c and planner.c. Not simulated: spirals and uploaded trajectories,
 which are answered with an error.
@@ -8,15 +8,16 @@ which are answered with an error.
 import struct
 from collections.abc import Callable
 from enum import Enum
+from functools import partial
 from math import degrees, radians
 
 from ground.sim.crtp import BadPacket, Errno, unpack
-from ground.sim.model import Mode, Readings, Setpoint
+from ground.sim.model import Readings, Setpoint
 from ground.sim.supervisor import Info
 from ground.sim.trajectory import Motion, Straight, Trajectory, Vector, nearest_turn
 
 _ALREADY = 1
-"""What the planner answers to a take-off while not idle, or to landing while landing."""
+"""Error for a take-off unless idle, and for a landing while landing."""
 
 _MASK = struct.Struct("<B")
 _VERTICAL = struct.Struct("<Bff")
@@ -35,7 +36,7 @@ class State(Enum):
 
 
 class HighLevel:
-    """One planner; time is firmware time, poses are in the estimator's frame."""
+    """The planner; times are firmware time, poses are in the estimator's frame."""
 
     def __init__(self) -> None:
         self._state = State.IDLE
@@ -45,36 +46,36 @@ class HighLevel:
         self._last = Motion((0.0, 0.0, 0.0, 0.0))
         self._commands: dict[int, Callable[[bytes, float], int]] = {
             0: self._set_group_mask,
-            1: self._take_off,
-            2: self._land,
+            1: partial(self._straight, State.FLYING),
+            2: partial(self._straight, State.LANDING),
             3: self._stop,
             4: self._go_to,
-            7: self._take_off_2,
-            8: self._land_2,
-            9: self._take_off_with_velocity,
-            10: self._land_with_velocity,
+            7: partial(self._turning, State.FLYING),
+            8: partial(self._turning, State.LANDING),
+            9: partial(self._with_velocity, State.FLYING),
+            10: partial(self._with_velocity, State.LANDING),
             12: self._go_to_2,
         }
 
     def command(self, data: bytes, now_ms: int) -> int:
-        """Take one packet of the high-level port; the result is the firmware's error number."""
+        """Take a packet of the high-level port; return the firmware's error number."""
         if not data:
             raise BadPacket("no command")
         handler = self._commands.get(data[0])
         return handler(data[1:], now_ms / 1000) if handler else Errno.ENOEXEC
 
     def block(self, blocked: bool) -> None:
-        """While the motors may not run every command is refused, and nothing is flown."""
+        """Refuse every command and fly nothing while the motors may not run."""
         self._blocked = blocked
         if blocked:
             self.stop()
 
     def stop(self) -> None:
-        """Let somebody else fly, or nobody."""
+        """Stop planning, so that something else can fly, or nothing."""
         self._state = State.IDLE
 
     def tell_state(self, readings: Readings) -> None:
-        """Plan from here next, not from where the last trajectory was."""
+        """Start the next trajectory from this state instead of the last trajectory's."""
         self._last = Motion(
             (readings.x_m, readings.y_m, readings.z_m, radians(readings.yaw_deg)),
             (readings.vx_mps, readings.vy_mps, readings.vz_mps, 0.0),
@@ -86,7 +87,7 @@ class HighLevel:
         return flying | (Info.HIGH_LEVEL_FINISHED if self._finished(now_ms / 1000) else Info(0))
 
     def setpoint(self, now_ms: int, readings: Readings) -> Setpoint:
-        """What the high-level commander wants now; with nothing to do, motors off."""
+        """The high-level commander's setpoint; motors off if it has nothing to do."""
         now_s = now_ms / 1000
         if self._state is State.LANDING and self._finished(now_s):
             self._state = State.IDLE
@@ -95,21 +96,10 @@ class HighLevel:
             return Setpoint()
         self._last = self._trajectory.at(now_s)
         x_m, y_m, z_m, yaw_rad = self._last.position
-        vx_mps, vy_mps, vz_mps, yaw_rate_rps = self._last.velocity
-        return Setpoint(
-            mode_x=Mode.ABSOLUTE,
-            mode_y=Mode.ABSOLUTE,
-            mode_z=Mode.ABSOLUTE,
-            mode_yaw=Mode.ABSOLUTE,
-            x_m=x_m,
-            y_m=y_m,
-            z_m=z_m,
-            vx_mps=vx_mps,
-            vy_mps=vy_mps,
-            vz_mps=vz_mps,
-            yaw_deg=degrees(yaw_rad),
-            yaw_rate_dps=degrees(yaw_rate_rps),
-        )
+        setpoint = Setpoint.at(x_m, y_m, z_m, degrees(yaw_rad))
+        setpoint.vx_mps, setpoint.vy_mps, setpoint.vz_mps, yaw_rate_rps = self._last.velocity
+        setpoint.yaw_rate_dps = degrees(yaw_rate_rps)
+        return setpoint
 
     def _finished(self, now_s: float) -> bool:
         return self._trajectory is None or self._trajectory.finished(now_s)
@@ -127,29 +117,14 @@ class HighLevel:
             self.stop()
         return Errno.OK
 
-    def _take_off(self, data: bytes, now_s: float) -> int:
+    def _straight(self, state: State, data: bytes, now_s: float) -> int:
         mask, height_m, duration_s = unpack(_VERTICAL, data)
-        return self._vertical(State.FLYING, mask, height_m, 0.0, duration_s, now_s)
+        return self._vertical(state, mask, height_m, 0.0, duration_s, now_s)
 
-    def _land(self, data: bytes, now_s: float) -> int:
-        mask, height_m, duration_s = unpack(_VERTICAL, data)
-        return self._vertical(State.LANDING, mask, height_m, 0.0, duration_s, now_s)
-
-    def _take_off_2(self, data: bytes, now_s: float) -> int:
+    def _turning(self, state: State, data: bytes, now_s: float) -> int:
         mask, height_m, yaw_rad, keep_yaw, duration_s = unpack(_VERTICAL_2, data)
         yaw_rad = self._last.position[3] if keep_yaw else yaw_rad
-        return self._vertical(State.FLYING, mask, height_m, yaw_rad, duration_s, now_s)
-
-    def _land_2(self, data: bytes, now_s: float) -> int:
-        mask, height_m, yaw_rad, keep_yaw, duration_s = unpack(_VERTICAL_2, data)
-        yaw_rad = self._last.position[3] if keep_yaw else yaw_rad
-        return self._vertical(State.LANDING, mask, height_m, yaw_rad, duration_s, now_s)
-
-    def _take_off_with_velocity(self, data: bytes, now_s: float) -> int:
-        return self._with_velocity(State.FLYING, data, now_s)
-
-    def _land_with_velocity(self, data: bytes, now_s: float) -> int:
-        return self._with_velocity(State.LANDING, data, now_s)
+        return self._vertical(state, mask, height_m, yaw_rad, duration_s, now_s)
 
     def _with_velocity(self, state: State, data: bytes, now_s: float) -> int:
         mask, height_m, relative, yaw_rad, keep_yaw, speed_mps = unpack(
@@ -174,7 +149,7 @@ class HighLevel:
         duration_s: float,
         now_s: float,
     ) -> int:
-        """Rise or sink at this place to a height."""
+        """Rise or sink to a height at the present position."""
         if not self._in_group(mask):
             return Errno.OK
         if self._blocked:

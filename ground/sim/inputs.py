@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All that passes by a simulated drone's app, in a recording: enough to compute it again.
+"""A recording of all that a simulated drone's app is given: enough to compute its flight again.
 
-Topic /calls, a message for each time that the firmware's clock moves: the length of the calls (four
-bytes), the calls, their outcomes, as calls.py writes them. log_time is the firmware's clock.
+Topic /calls has one message for each advance of the firmware's clock: the length of the calls (four
+bytes), the calls, then their outcomes, as calls.py encodes them. log_time is the firmware's clock.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from ground.recordfile import RecordFile
+from ground.record.writer import RecordFile
 
 CALLS: Final = "/calls"
 _LENGTH: Final = struct.Struct("<I")
@@ -20,7 +20,7 @@ _RUN: Final = b"r"
 
 
 class InputFile:
-    """Sink for RecordedFirmware."""
+    """A file of recorded calls; a Sink for RecordedFirmware."""
 
     def __init__(self, path: Path, about: Mapping[str, str]) -> None:
         self._file = RecordFile(path, about)
@@ -29,7 +29,7 @@ class InputFile:
         self._now_ms = 0
 
     def note(self, letter: bytes, arguments: bytes = b"", outcome: bytes = b"") -> None:
-        """Add a call; with the one that moves the clock they are written."""
+        """Add a call; a call that advances the clock writes all that were collected."""
         self._calls += letter + arguments
         self._outcomes += letter + outcome
         if letter == _RUN:
@@ -37,7 +37,7 @@ class InputFile:
             self._write()
 
     def close(self) -> None:
-        """Write what is left and complete the file."""
+        """Write the rest and complete the file."""
         self._write()
         self._file.close()
 
@@ -49,7 +49,7 @@ class InputFile:
 
 
 def split(data: bytes) -> tuple[bytes, bytes]:
-    """Calls and outcomes of one message. Raises ValueError."""
+    """Split a message into calls and outcomes. Raises ValueError if it is cut off."""
     if len(data) < _LENGTH.size:
         raise ValueError("a message of calls is cut off")
     end = _LENGTH.size + _LENGTH.unpack_from(data)[0]

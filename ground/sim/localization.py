@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The localization service (port 6): positions that a client sends, as motion capture does.
+"""The localization service (port 6): positions sent by a client, as from motion capture.
 
-The same units, standard deviations and log variables as crtp_localization_service.c. Packed
-packets, which name the drone, are not taken.
+Units, standard deviations and log variables are those of crtp_localization_service.c. Packed
+packets, which address several drones, are ignored.
 """
 
 import math
@@ -19,7 +19,7 @@ _POSE = struct.Struct("<7f")
 
 
 class Localization:
-    """From packets to measurements for the estimator."""
+    """Turns packets into measurements for the estimator."""
 
     def __init__(
         self,
@@ -34,11 +34,11 @@ class Localization:
         self._tell = tell
 
     def position(self, data: bytes) -> None:
-        """Channel 0."""
+        """Take a position (channel 0)."""
         self._take(*unpack(_POSITION, data))
 
     def pose(self, data: bytes) -> None:
-        """Channel 1; other types than a pose mean nothing here."""
+        """Take a position and heading (channel 1); packets of other types are ignored."""
         if data[:1] != bytes((_EXT_POSE,)):
             return
         x_m, y_m, z_m, qx, qy, qz, qw = unpack(_POSE, data[1:])

@@ -16,7 +16,7 @@ _DELETE, _START, _STOP, _RESET, _CREATE, _APPEND, _START_MS = 2, 3, 4, 5, 6, 7, 
 
 
 class Block:
-    """Variables that are sampled together; times are firmware time."""
+    """Log variables that are sampled together; times are of the firmware's clock."""
 
     def __init__(self, identity: int) -> None:
         self.identity = identity
@@ -32,7 +32,7 @@ class Block:
 
 
 class LogBlocks:
-    """What one client has asked to be told regularly."""
+    """The log blocks of one client."""
 
     def __init__(self, firmware: Firmware) -> None:
         self._firmware = firmware
@@ -41,11 +41,11 @@ class LogBlocks:
 
     @property
     def running(self) -> bool:
-        """Something is told regularly."""
+        """Whether any block is being sampled."""
         return any(block.due_ms is not None for block in self._blocks.values())
 
     def control(self, data: bytes) -> bytes:
-        """Answer a request of the control channel."""
+        """Answer a request on the control channel."""
         if not data or (len(data) < 2 and data[0] != _RESET):
             raise BadPacket("log control")
         command, block = data[0], data[1] if len(data) > 1 else 0
@@ -53,7 +53,7 @@ class LogBlocks:
         return encode(Port.LOG, CONTROL, bytes((command, block, error)))
 
     def samples(self, now_ms: int) -> Iterator[bytes]:
-        """Packets of all samples that are due by now, each at the time at which it was due."""
+        """Packets of all samples due by now, each stamped with the time at which it was due."""
         for block in list(self._blocks.values()):
             while block.due_ms is not None and block.due_ms <= now_ms:
                 due_ms = block.due_ms
@@ -97,7 +97,7 @@ class LogBlocks:
         return self._append(block, rest)
 
     def _append(self, block: Block, rest: bytes) -> int:
-        """Add variables; a part of one at the end is ignored: cflib sends it again."""
+        """Add variables; an incomplete last one is ignored, since cflib sends it again."""
         whole = len(rest) - len(rest) % _VARIABLE.size
         for kind, identity in _VARIABLE.iter_unpack(rest[:whole]):
             error = self._add(block, kind & _TYPE_MASK, identity)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The words between the plant (world, body, sensors) and the firmware side of the simulator.
+"""Data between the plant (world, body, sensors) and the firmware side of the simulator.
 
 Setpoint and Readings have the fields of sim_port_setpoint_t and sim_port_sensors_t in
 firmware_app/host/sim_port.h, in the firmware's units. Truth is what only a simulator knows.
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 RANGE_NONE_MM = 32767
-"""What the Multi-ranger driver publishes when a sensor has no valid measurement."""
+"""What the Multi-ranger driver publishes if a sensor has no valid measurement."""
 
 
 Ranges = tuple[int, int, int, int, int]
@@ -17,7 +17,7 @@ Ranges = tuple[int, int, int, int, int]
 
 
 class Mode(IntEnum):
-    """How one axis of a setpoint is meant, as stab_mode_t in stabilizer_types.h."""
+    """How an axis of a setpoint is to be read; stab_mode_t of stabilizer_types.h."""
 
     OFF = 0
     ABSOLUTE = 1
@@ -26,9 +26,9 @@ class Mode(IntEnum):
 
 @dataclass(slots=True)
 class Setpoint:
-    """What the stabilizer shall fly now; a fresh one means motors off.
+    """A setpoint for the stabilizer; the default means motors off.
 
-    Pitch is nose up positive, yaw and yaw rate are counter-clockwise positive.
+    Pitch is positive nose up; yaw and yaw rate are positive counter-clockwise.
     """
 
     mode_x: int = Mode.OFF
@@ -52,12 +52,26 @@ class Setpoint:
     age_ms: int = 0
     priority: int = 0
 
+    @classmethod
+    def at(cls, x_m: float, y_m: float, z_m: float, yaw_deg: float) -> "Setpoint":
+        """A setpoint to be at a position with a heading."""
+        return cls(
+            mode_x=Mode.ABSOLUTE,
+            mode_y=Mode.ABSOLUTE,
+            mode_z=Mode.ABSOLUTE,
+            mode_yaw=Mode.ABSOLUTE,
+            x_m=x_m,
+            y_m=y_m,
+            z_m=z_m,
+            yaw_deg=yaw_deg,
+        )
+
 
 @dataclass(slots=True)
 class Readings:
-    """What the firmware's sensors and estimator say now; the frame is the estimator's.
+    """What the firmware's sensors and estimator report, in the estimator's frame.
 
-    supervisor_info is not measured; whoever simulates the supervisor writes it.
+    supervisor_info is not measured; the simulated supervisor writes it.
     """
 
     x_m: float = 0.0
@@ -73,7 +87,7 @@ class Readings:
     pitch_deg: float = 0.0
     yaw_deg: float = 0.0
     gyro_dps: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    var_position_m2: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    var_velocity_m2ps2: tuple[float, float, float] = (0.0, 0.0, 0.0)
     range_mm: Ranges = (0, 0, 0, 0, 0)
     zrange_mm: int = 0
     battery_v: float = 4.2
@@ -85,7 +99,7 @@ class Readings:
     motion_dy: int = 0
     motor_thrust: float = 0.0
     motor_pwm: tuple[int, int, int, int] = (0, 0, 0, 0)
-    var_place_m2: tuple[float, float, float] = (100.0, 100.0, 1.0)
+    var_position_m2: tuple[float, float, float] = (100.0, 100.0, 1.0)
     var_attitude_rad2: tuple[float, float, float] = (1e-4, 1e-4, 1e-4)
     lighthouse_status: int = 0
     lighthouse_active: int = 0
@@ -98,7 +112,7 @@ class Readings:
 
 @dataclass(frozen=True, slots=True)
 class PositionMeasured:
-    """For the estimator, in its frame; sd_m of each axis."""
+    """A measured position for the estimator, in its frame; sd_m holds for each axis."""
 
     x_m: float
     y_m: float
@@ -108,7 +122,7 @@ class PositionMeasured:
 
 @dataclass(frozen=True, slots=True)
 class YawMeasured:
-    """For the estimator: its own heading minus the measured one."""
+    """A measured heading for the estimator, as the estimate's error."""
 
     error_rad: float
     sd_rad: float
@@ -119,7 +133,7 @@ Measured = PositionMeasured | YawMeasured
 
 @dataclass(slots=True)
 class Truth:
-    """Where the body really is, in the world frame; pitch is nose up positive."""
+    """True pose and velocity of the body in the world frame; pitch is positive nose up."""
 
     time_s: float = 0.0
     position_m: tuple[float, float, float] = (0.0, 0.0, 0.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Seeded noise as plain floats: NumPy draws in blocks, a hot loop takes one at a time."""
+"""Seeded noise as plain floats; NumPy draws blocks, from which a hot loop takes single values."""
 
 import math
 from typing import Final
@@ -10,7 +10,7 @@ _BLOCK: Final = 4096
 
 
 class Noise:
-    """Standard normal numbers from one generator."""
+    """Standard normal random numbers from one generator."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
@@ -25,7 +25,7 @@ class Noise:
 class Wander:
     """A value that wanders about zero with standard deviation sigma and correlation time tau_s.
 
-    Ornstein-Uhlenbeck process, exact for the fixed step; starts anywhere it could be.
+    An Ornstein-Uhlenbeck process, exact for the fixed step; it starts in its steady state.
     """
 
     def __init__(self, noise: Noise, sigma: float, tau_s: float, step_s: float) -> None:

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When the next step of simulated time is due in wall time."""
+"""The wall time at which each step of simulated time is due."""
 
 _CATCH_UP_S = 0.05
-"""A simulator that is late makes up for this much, no more."""
+"""A simulator that has fallen behind catches up by at most this much."""
 _DATAGRAMS_PER_S = {True: 6000.0, False: 1500.0}
-"""Upper limits for what is sent: what a client written in Python digests without falling ever more
-behind, and what fills a socket that cannot be seen in no less than a sixth of a second."""
+"""Most datagrams sent per second, by whether the unread bytes of all clients are known. If so, as
+many as a client in Python can process; if not, few enough to take a sixth of a second to fill a
+socket's buffer."""
 _BURST_S = 0.01
 
 
 class Pace:
-    """Simulated seconds per wall second; inf is as fast as clients can follow.
+    """The speed of simulated time, in simulated seconds per wall second.
 
-    Time that is faster than reality waits for whoever listens; real time waits for nobody.
+    Faster than real time, simulated time waits for clients that lag; real time waits for nobody.
     """
 
     def __init__(self, speed: float, step_s: float, now_s: float) -> None:
@@ -23,15 +24,15 @@ class Pace:
 
     @property
     def waits(self) -> bool:
-        """It is faster than reality."""
+        """Whether simulated time is faster than real time and so waits for clients."""
         return self._speed > 1.0
 
     def next_due_s(self, hurry: bool, now_s: float) -> float:
-        """Begin a step; it may run at this wall time. Without hurry time runs as it really does."""
+        """The wall time at which the next step may run; real time at most without `hurry`."""
         speed = self._speed if hurry else min(self._speed, 1.0)
         self._due_s = max(self._due_s + self._step_s / speed, now_s - _CATCH_UP_S)
         return max(self._due_s, self._drained_s - _BURST_S)
 
     def sent(self, datagrams: int, now_s: float, seen: bool) -> None:
-        """So many datagrams have gone out, to clients that can be seen to read them or not."""
+        """Note datagrams sent; `seen` tells whether the unread bytes of all clients are known."""
         self._drained_s = max(self._drained_s, now_s) + datagrams / _DATAGRAMS_PER_S[seen]

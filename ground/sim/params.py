@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The parameter service (port 2): read, write, defaults, persistent values, news of changes."""
+"""The parameter service (port 2): reads, writes, defaults, stored values, reports of changes."""
 
 import struct
 from collections.abc import Callable, Iterator
@@ -29,8 +29,14 @@ _VALUES = {
 }
 
 
+def pack_value(kind: int, value: float) -> bytes:
+    """Encode a value for a parameter of this type."""
+    layout = _VALUES[kind & _TYPE_MASK]
+    return layout.pack(value if layout.format == "<f" else int(value))
+
+
 class Params:
-    """All parameters of one firmware, shared by all clients."""
+    """All parameters of one firmware; all clients share them."""
 
     def __init__(self, firmware: Firmware, eeprom: Eeprom) -> None:
         self._firmware = firmware
@@ -52,7 +58,7 @@ class Params:
         return len(self._entries)
 
     def restore(self) -> list[str]:
-        """Set what the EEPROM holds, as the firmware does before apps start; the unknown names."""
+        """Set the EEPROM's values, as the firmware does before apps start; return unknown names."""
         unknown = []
         for name, value in self._eeprom.values().items():
             identity = self._ids.get(name)
@@ -63,12 +69,13 @@ class Params:
         return unknown
 
     def find(self, name: str) -> int | None:
-        """Number of "group.name"."""
+        """The id of "group.name"."""
         return self._ids.get(name)
 
     def value(self, identity: int) -> float:
-        """What a parameter holds now."""
-        number: float = self._layout(identity).unpack(self._firmware.param_read(identity))[0]
+        """The present value of a parameter."""
+        layout = _VALUES[self._entries[identity].type & _TYPE_MASK]
+        number: float = layout.unpack(self._firmware.param_read(identity))[0]
         return number
 
     def set_value(self, identity: int, value: float) -> None:
@@ -76,7 +83,7 @@ class Params:
         self._firmware.param_write(identity, self._packed(identity, value))
 
     def read(self, data: bytes) -> tuple[int, bytes]:
-        """Answer a read request; also the number that was asked for."""
+        """Answer a read request; also return the id that was asked for."""
         if len(data) != _ID.size:
             raise BadPacket("parameter read")
         (identity,) = _ID.unpack(data)
@@ -86,7 +93,7 @@ class Params:
         return identity, encode(Port.PARAM, READ, data + bytes((Errno.OK,)) + value)
 
     def write(self, data: bytes) -> tuple[int | None, bytes | None]:
-        """Take a new value; the number if it changed, and the answer if there is one."""
+        """Write a value; return the id if it was written, and the answer if there is one."""
         if len(data) < _ID.size:
             raise BadPacket("parameter write")
         (identity,) = _ID.unpack_from(data)
@@ -101,7 +108,7 @@ class Params:
                 raise BadPacket("size of a parameter")
 
     def misc(self, data: bytes) -> tuple[int | None, bytes]:
-        """Answer the other requests; the number of the parameter that a write by name changed."""
+        """Answer other requests; also return the id of a parameter that was written by name."""
         if data and data[0] == 0:
             return self._set_by_name(data)
         if len(data) != 1 + _ID.size or data[0] not in self._misc:
@@ -112,12 +119,12 @@ class Params:
         return None, encode(Port.PARAM, MISC, data + body)
 
     def news(self, identity: int) -> bytes:
-        """The packet that tells a client about a value that it did not set."""
+        """The packet that reports a value to clients that did not set it."""
         body = bytes((_VALUE_UPDATED,)) + _ID.pack(identity)
         return encode(Port.PARAM, MISC, body + self._firmware.param_read(identity))
 
     def changed_by_firmware(self) -> Iterator[int]:
-        """Numbers of the parameters that the app has set since the last call."""
+        """Ids of parameters that the app has set since the last call."""
         while (identity := self._firmware.take_param_update()) >= 0:
             yield identity
 
@@ -175,12 +182,8 @@ class Params:
             return b"\0" + default
         return b"\1" + default + self._packed(identity, stored)
 
-    def _layout(self, identity: int) -> struct.Struct:
-        return _VALUES[self._entries[identity].type & _TYPE_MASK]
-
     def _packed(self, identity: int, value: float) -> bytes:
-        layout = self._layout(identity)
-        return layout.pack(value if layout.format == "<f" else int(value))
+        return pack_value(self._entries[identity].type, value)
 
 
 def _name(entry: Entry) -> str:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A ground station without a clock of its own, in one process with the simulated Crazyflie.
+"""A ground station in one process with the simulated Crazyflie, on simulated time alone.
 
-It says and hears what a radio would carry, at simulated times: same seed, same flight.
+It sends and receives what a radio would carry, so the same seed gives the same flight.
 """
 
 from __future__ import annotations
@@ -12,28 +12,20 @@ from typing import Any, Final
 
 from ground.core import MissionCmd, MissionReason
 from ground.errors import NoAnswer
-from ground.flight import Outcome, Watch
-from ground.logblocks import LogBlock, log_blocks
-from ground.missing import History
-from ground.model import (
-    Ack,
-    AppRequest,
-    Command,
-    Heartbeat,
-    HelloRequest,
-    Incoming,
-    Point,
-    Telemetry,
-)
-from ground.picture import Picture
-from ground.recovery import Recovery
+from ground.link.wire import SEQUENCES, decode_message, encode_request
+from ground.model import Ack, History, Incoming, Point, Telemetry
+from ground.requests import AppRequest, Command, Heartbeat, HelloRequest
 from ground.sim.crtp import APP, Port, decode, encode
 from ground.sim.faults import Faults
-from ground.sim.firmware import Entry, Firmware
+from ground.sim.firmware import Firmware
+from ground.sim.hearing import blocks_of, numbers_of
+from ground.sim.params import pack_value
 from ground.sim.plant import PLANT_STEP_S
 from ground.sim.runtime import Options, Simulator
 from ground.sim.world import World
-from ground.wire import SEQUENCES, decode_message, encode_request
+from ground.station.flight import Outcome, Watch
+from ground.station.picture import Picture
+from ground.station.recovery import Recovery
 from ground.words import REASON_WORDS
 
 TIME_IS_UP: Final = "the time was up"
@@ -41,10 +33,6 @@ _CLIENT: Final = ("client", 1)
 _FLOAT: Final = 7
 _LOG_CONTROL, _LOG_DATA, _PARAM_READ, _PARAM_WRITE = 1, 2, 1, 2
 _CREATE_BLOCK, _START_BLOCK = 6, 3
-_LOG_TYPES: Final = {"uint8_t": (1, "B"), "uint16_t": (2, "H"), "uint32_t": (3, "I"),
-                     "float": (7, "f"), "FP16": (8, "e")}  # fmt: skip
-_PARAM_LAYOUTS: Final = {0x6: "<f", 0x8: "<B", 0x9: "<H", 0xA: "<I"}
-_TYPE_MASK: Final = 0x0F
 _MAP_PERIOD_MS: Final = 30
 _BEAT_EVERY_STEPS: Final = 25
 _SECOND_STEPS: Final = round(1.0 / PLANT_STEP_S)
@@ -53,41 +41,22 @@ _REPEATS: Final = 10
 _LIMIT_S: Final = 120.0
 
 
-class _Stream:
-    """One log block: asked for, and read."""
-
-    def __init__(self, block: LogBlock, numbers: dict[str, int]) -> None:
-        self._block = block
-        layout = "".join(_LOG_TYPES[kind][1] for _, kind in block.variables)
-        self._values = struct.Struct("<" + layout)
-        self.request = b"".join(
-            struct.pack("<BH", _LOG_TYPES[kind][0], numbers[name]) for name, kind in block.variables
-        )
-        self.period = block.period_ms // 10
-
-    def message(self, data: bytes) -> Incoming | None:
-        """What one packet says."""
-        names = (name for name, _ in self._block.variables)
-        values = dict(zip(names, self._values.unpack(data[4:]), strict=True))
-        return self._block.decode(int.from_bytes(data[1:4], "little"), values)
-
-
 class Pilot:
-    """Commands one drone; every call lets simulated time pass until it is done."""
+    """Commands one drone; every call advances simulated time until it is done."""
 
     def __init__(self, world: World, options: Options) -> None:
         self.picture = Picture()
         self.recovery = Recovery()
         self.believed: list[tuple[float, float, float]] = []
-        """Poses (s, x, y) in the air, as the drone tells them at that moment."""
+        """Poses (time [s], x, y [m]) in the air, as the drone reported them."""
         self.every_second: Callable[[], None] = lambda: None
-        """Called when a whole second of simulated time has passed."""
+        """Called after each second of simulated time."""
         self._firmware = Firmware()
         self._simulator = Simulator(world, options, self._firmware)
         if unknown := self._simulator.unknown_eeprom_names:
             raise ValueError("no persistent parameter " + ", ".join(unknown))
-        self._log_numbers = _numbers(self._firmware.log_entries())
-        self._streams: list[_Stream] = []
+        self._log_numbers = numbers_of(self._firmware.log_entries())
+        self._blocks = blocks_of(self._firmware, _MAP_PERIOD_MS)[:2]  # the state and the map
         self._ack: Ack | None = None
         self._watch: Watch | None = None
         self._outcome: Outcome | None = None
@@ -103,11 +72,10 @@ class Pilot:
         return self._simulator.time_s
 
     def set_parameter(self, name: str, value: float) -> None:
-        """Write a parameter, until it has come through."""
+        """Write a parameter, repeatedly until it has arrived."""
         entries = self._firmware.param_entries()
-        number = _numbers(entries)[name]
-        layout = _PARAM_LAYOUTS[entries[number].type & _TYPE_MASK]
-        data = struct.pack(layout, value if layout == "<f" else int(value))
+        number = numbers_of(entries)[name]
+        data = pack_value(entries[number].type, value)
         for _ in range(_REPEATS):
             self._deliver(Port.PARAM, _PARAM_WRITE, struct.pack("<H", number) + data)
             self._step()
@@ -117,11 +85,11 @@ class Pilot:
 
     @property
     def faults(self) -> Faults:
-        """To let something go wrong."""
+        """The simulator's faults, to begin or end one."""
         return self._simulator.faults
 
     def onboard(self, name: str) -> float:
-        """What a log variable says on board, whatever comes through."""
+        """A log variable's value on board, independent of the radio."""
         number = self._log_numbers[name]
         data = self._firmware.log_read(number, _FLOAT, self._firmware.now_ms())
         return float(struct.unpack("<f", data)[0])
@@ -130,15 +98,6 @@ class Pilot:
         """The simulator's figures of the flight."""
         return self._simulator.status()
 
-    def take_off(self) -> MissionReason:
-        """As soon as the position estimate has settled; until it hovers."""
-        return self.fly(MissionCmd.TAKE_OFF).reason
-
-    def go_to(self, goal: Point) -> tuple[bool, MissionReason, str]:
-        """Arrived by its own account? why not? in words"""
-        outcome = self.fly(MissionCmd.GOTO, goal)
-        return outcome.reached, outcome.reason, outcome.sentence
-
     def fly(
         self,
         cmd: MissionCmd,
@@ -146,8 +105,8 @@ class Pilot:
         limit_s: float = _LIMIT_S,
         enough: Callable[[], bool] = lambda: False,
     ) -> Outcome:
-        """Command, as soon as the position estimate has settled, and see it through, or until
-        one has seen enough."""
+        """Give a command once the position estimate has settled, and wait for its outcome, or until
+        enough() is true."""
         end_s = self.time_s + limit_s
         while True:
             watch = self._watch = Watch(cmd, goal, self.picture.drone_ms)
@@ -166,7 +125,7 @@ class Pilot:
         return self._outcome or Outcome(False, TIME_IS_UP)
 
     def land(self) -> None:
-        """If it flies."""
+        """Land if the drone flies."""
         if self.command(MissionCmd.LAND) is MissionReason.OK:
             self._step_until(lambda: not self.picture.state.airborne)
 
@@ -175,11 +134,11 @@ class Pilot:
         self._step_until(lambda: self.picture.map.completeness == 1)
 
     def rest(self, seconds: float) -> None:
-        """Let time pass."""
+        """Let simulated time pass."""
         self._step_until(lambda: False, seconds)
 
     def command(self, cmd: MissionCmd, goal: Point | None = None) -> MissionReason:
-        """Say it until it is acknowledged."""
+        """Send a command until it is acknowledged. Raises NoAnswer."""
         self._sequence = (self._sequence + 1) % SEQUENCES
         self._ack = None
         for _ in range(_REPEATS):
@@ -202,7 +161,8 @@ class Pilot:
             if (packet.port, packet.channel) == APP:
                 message = decode_message(packet.data)
             elif (packet.port, packet.channel) == (Port.LOG, _LOG_DATA):
-                message = self._streams[packet.data[0]].message(packet.data)
+                time_ms = int.from_bytes(packet.data[1:4], "little")
+                message = self._blocks[packet.data[0]].message(time_ms, packet.data[4:])
             if message is not None:
                 self._hear(message)
         picture = self.picture
@@ -235,18 +195,15 @@ class Pilot:
             self._say(HelloRequest())
 
     def _ask_for_logs(self) -> None:
-        """The first two blocks of a ground station: its state and the map."""
-        numbers = self._log_numbers
-        for number, block in enumerate(log_blocks(_MAP_PERIOD_MS)[:2]):
-            stream = _Stream(block, numbers)
-            self._streams.append(stream)
-            asked = bytes((_CREATE_BLOCK, number)) + stream.request
-            self._deliver(Port.LOG, _LOG_CONTROL, asked)
-            started = bytes((_START_BLOCK, number, stream.period))
+        for number, block in enumerate(self._blocks):
+            pairs = zip(block.types, block.ids, strict=True)
+            variables = b"".join(struct.pack("<BH", *pair) for pair in pairs)
+            self._deliver(Port.LOG, _LOG_CONTROL, bytes((_CREATE_BLOCK, number)) + variables)
+            started = bytes((_START_BLOCK, number, block.period_ms // 10))
             self._deliver(Port.LOG, _LOG_CONTROL, started)
 
     def _read_parameters(self) -> None:
-        """As clients do when they connect; only from then on packets get lost."""
+        """Read all parameters, as a connecting client does; packet loss begins only afterwards."""
         for number in range(len(self._firmware.param_entries())):
             self._deliver(Port.PARAM, _PARAM_READ, struct.pack("<H", number))
 
@@ -255,7 +212,3 @@ class Pilot:
 
     def _deliver(self, port: int, channel: int, data: bytes) -> None:
         self._simulator.deliver(_CLIENT, encode(port, channel, data))
-
-
-def _numbers(entries: list[Entry]) -> dict[str, int]:
-    return {f"{entry.group}.{entry.name}": number for number, entry in enumerate(entries)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One simulated Crazyflie in one world: setpoints in, readings and truth out."""
+"""One simulated Crazyflie in one world: setpoints in, sensor readings and truth out."""
 
 import math
 from typing import Final
@@ -10,9 +10,9 @@ from ground.sim.battery import HOVER_ENDURANCE_S, Battery
 from ground.sim.broken import Broken
 from ground.sim.contacts import Collision, Contacts
 from ground.sim.controller import CONTROL_STEP_S, Controller
-from ground.sim.estimator import PROFILES
 from ground.sim.model import Measured, Readings, Setpoint, Truth
 from ground.sim.positioning import Positioning, Shadow
+from ground.sim.profiles import PROFILES
 from ground.sim.ranger import FALSE_SHORT
 from ground.sim.sensors import Sensors
 from ground.sim.vehicle import HOVER_THRUST, Vehicle
@@ -22,9 +22,9 @@ PLANT_STEP_S: Final = CONTROL_STEP_S
 
 
 class Plant:
-    """Body and sensors of one Crazyflie; steps of PLANT_STEP_S, same seed, same flight.
+    """Body and sensors of one Crazyflie, stepped by PLANT_STEP_S; the same seed, the same flight.
 
-    readings.supervisor_info belongs to whoever simulates the supervisor. The world's clock is the
+    readings.supervisor_info is written by the simulated supervisor. The world's clock is the
     plant's; a world serves one plant.
     """
 
@@ -60,12 +60,12 @@ class Plant:
 
     @property
     def readings(self) -> Readings:
-        """The same object for ever, updated by step()."""
+        """The readings; always the same object, updated in place by step()."""
         return self._sensors.readings
 
     @property
     def broken(self) -> Broken:
-        """What of the sensors is; may be changed at any time."""
+        """Which sensors are broken; may be changed at any time."""
         return self._sensors.broken
 
     @property
@@ -89,7 +89,7 @@ class Plant:
         return self._vehicle.on_floor
 
     def step(self, setpoint: Setpoint, armed: bool) -> None:
-        """Let PLANT_STEP_S pass under this setpoint."""
+        """Advance by PLANT_STEP_S under this setpoint."""
         vehicle, estimate = self._vehicle, self._sensors.estimator
         command = self._controller.update(setpoint, self.readings, armed)
         command.roll_rad -= estimate.roll_error_rad
@@ -104,29 +104,29 @@ class Plant:
         self._write_truth()
 
     def reset_estimator(self, x_m: float, y_m: float, z_m: float, yaw_rad: float) -> None:
-        """Do what kalman.resetEstimation does: the estimate starts anew at this pose."""
+        """Restart the estimate at this pose, as kalman.resetEstimation does."""
         self._sensors.estimator.reset(x_m, y_m, z_m, yaw_rad)
 
     def tell_estimator(self, measured: Measured) -> None:
-        """Something outside the plant has measured: the app, or a client."""
+        """Pass on a measurement from outside the plant: from the app, or from a client."""
         self._sensors.estimator.take(measured)
 
     def jump_estimate(self, x_m: float, y_m: float) -> None:
-        """The estimate is elsewhere from now on."""
+        """Shift the estimated position."""
         self._sensors.estimator.jump(x_m, y_m)
 
     def tumble(self) -> None:
-        """Something hits it: it turns over and falls."""
+        """Turn the body over, as if something had hit it."""
         self._vehicle.tumble()
 
     def carry(self, x_m: float, y_m: float, z_m: float) -> None:
-        """A hand takes it elsewhere, faster than it could notice, and holds it there."""
+        """Move the body elsewhere, faster than its sensors can notice, and hold it there."""
         self._vehicle.hold(x_m, y_m, z_m)
         self._sensors.estimator.carried()
         self._contacts.look()
 
     def let_go(self, z_m: float) -> None:
-        """The hand that holds it opens at this height."""
+        """Let go of the held body at this height."""
         self._vehicle.let_go(z_m)
 
     def _write_truth(self) -> None:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Systems that measure the position in the room: Lighthouse and Loco.
 
-What reaches the estimator, not the light or the radio: a position and, from Lighthouse's four
-sensors, a heading, with noise and a slow error of the calibration. Motion capture is not here: a
-client sends it (localization.py).
+Only what reaches the estimator is modelled, not light or radio: a position and, for Lighthouse, a
+heading, with noise and a slow calibration error. Motion capture is not here: a client sends it
+(localization.py).
 """
 
 import math
@@ -25,7 +25,7 @@ MODE_TDOA3: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class System:
-    """How often and how well it measures; told_sd_m is what the estimator is told."""
+    """Rate and quality of a system; told_sd_m is the standard deviation that it reports."""
 
     deck: str
     period_s: float
@@ -40,19 +40,19 @@ SYSTEMS: Final = {
     "loco": System("bcLoco", 0.05, 0.08, 0.05, 0.12, None),
 }
 POSITIONINGS: Final = ("flow", *SYSTEMS, "mocap")
-"""What --positioning takes: flow and mocap need no deck for it."""
+"""Values of --positioning; flow and mocap need no deck."""
 
 
 @dataclass(frozen=True, slots=True)
 class Shadow:
-    """Nothing is measured from start_s to end_s of simulated time."""
+    """Nothing is measured between start_s and end_s of simulated time."""
 
     start_s: float
     end_s: float
 
 
 class Positioning:
-    """Measures one body; stepped every CONTROL_STEP_S."""
+    """The positioning system of one drone, stepped every CONTROL_STEP_S."""
 
     def __init__(self, kind: str, shadows: tuple[Shadow, ...], rng: np.random.Generator) -> None:
         if kind not in POSITIONINGS:
@@ -67,7 +67,7 @@ class Positioning:
         self._measured = False
 
     def step(self, body: Vehicle, estimator: Estimator, readings: Readings, lost: bool) -> None:
-        """Tell the estimator what is due, and write the log variables."""
+        """Send due measurements to the estimator and update the deck's log variables."""
         self._time_s += CONTROL_STEP_S
         if self._system is None:
             return
@@ -95,7 +95,7 @@ class Positioning:
         self._measured = True
 
     def _write_status(self, readings: Readings) -> None:
-        """As the decks' drivers do: what came in since the last look."""
+        """As the decks' drivers do: report what came in since the last update."""
         if self.deck_holds_yaw:
             readings.lighthouse_status = STATUS_MEASURES if self._measured else 0
             readings.lighthouse_active = 0b11 if self._measured else 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A simulator in a process of its own, with its own interpreter lock."""
+"""Runs the simulator in its own process, and so with its own interpreter lock."""
 
 import json
 import signal
@@ -13,18 +13,18 @@ from typing import Any
 from ground.errors import SimulatorFailed
 
 READY = "Crazyflie at "
-"""What the first line of output begins with, once clients may connect; the URI follows."""
+"""Start of the first line of output, printed once clients can connect; the URI follows."""
 _STOP_S = 20.0
 
 
 def _failure(told: str, otherwise: str) -> SimulatorFailed:
-    """What the simulator said of its end, which its command line has put into words."""
+    """Make an error of what the simulator printed; `otherwise` if that was nothing."""
     sentence, _, step = told.strip().removeprefix("wayflie: ").partition("\n  next: ")
     return SimulatorFailed(sentence or otherwise, step)
 
 
 class SimulatorProcess:
-    """Context: the simulator runs and its uri answers. stop() returns its status."""
+    """Context in which the simulator runs and answers at `uri`; stop() returns its status."""
 
     def __init__(
         self, *arguments: str, port: int = 0, python: str = sys.executable, drones: int = 1
@@ -37,7 +37,7 @@ class SimulatorProcess:
         self._process: subprocess.Popen[str] | None = None
         self.uri = ""
         self.uris: list[str] = []
-        """Of all drones; uri is the first's."""
+        """URIs of all drones; `uri` is the first."""
 
     def __enter__(self) -> "SimulatorProcess":
         self.start()
@@ -53,7 +53,7 @@ class SimulatorProcess:
         self._folder.cleanup()
 
     def start(self) -> str:
-        """Start it and wait until clients may connect; the uri."""
+        """Start the simulator, wait until clients can connect, and return the URI."""
         command = [*self._command, "--with-parent", "--json", str(self._json)]
         process = subprocess.Popen(
             command,
@@ -61,7 +61,7 @@ class SimulatorProcess:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            start_new_session=True,  # Ctrl-C is for whoever flies, who lands first
+            start_new_session=True,  # Ctrl-C goes only to the program that flies, which lands first
         )
         self._process = process
         assert process.stdout is not None
@@ -75,31 +75,30 @@ class SimulatorProcess:
         self.uri = self.uris[0]
         return self.uri
 
-    def running(self) -> bool:
-        """It has not ended by itself."""
-        return self._process is not None and self._process.poll() is None
-
     def say(self, line: str) -> None:
-        """Type a line at it."""
+        """Write a line to the simulator's standard input."""
         if self._process is None or self._process.stdin is None:
             raise SimulatorFailed("the simulator was not started")
         self._process.stdin.write(line + "\n")
         self._process.stdin.flush()
 
     def stop(self) -> dict[str, Any]:
-        """End it and read the true figures of the flight."""
+        """End the simulator and read the true figures of the flight."""
         if self._process is None:
             raise SimulatorFailed("the simulator was not started")
         self._process.send_signal(signal.SIGTERM)
-        _, errors = self._process.communicate(timeout=_STOP_S)
+        try:
+            _, errors = self._process.communicate(timeout=_STOP_S)
+        except subprocess.TimeoutExpired:
+            raise SimulatorFailed(f"the simulator did not end within {_STOP_S:.0f} s") from None
         if self._process.returncode != 0:
             raise _failure(errors, "the simulator failed")
         status: dict[str, Any] = json.loads(self._json.read_text())
         return status
 
     def kill(self) -> None:
-        """End it without asking, if it still runs."""
+        """Kill the simulator if it still runs."""
         if self._process is not None:
-            with self._process as process:  # closes its pipes, also when it ended by itself
+            with self._process as process:  # closes its pipes, even if it has ended by itself
                 if process.poll() is None:
                     process.kill()

@@ -1,30 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Clients and their packets, without sockets: addresses and datagrams in, the same out."""
+"""The drone's end of the radio link, without sockets: addressed datagrams in and out."""
 
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from random import Random
 
+from ground.link.wire import decode_message
 from ground.model import Beat
 from ground.sim.crazyflie import Crazyflie, Session
 from ground.sim.crtp import APP, SCAN_PROBE, BadPacket, Port
 from ground.sim.trouble import Trouble, TroubleSpec
-from ground.wire import decode_message
 
 Address = tuple[str, int]
 _SILENCE_S = 1.0
 _HANDSHAKE_PAUSE_S = 0.2
 _HANDSHAKE_PORTS = frozenset((Port.PARAM, Port.LOG, Port.MEMORY))
 _AHEAD_MS = 1500
-"""So far ahead of what a ground station has come to, faster time stands still."""
+"""Faster-than-real time stops when it is this far ahead of what a ground station has seen."""
 _WAIT_S = 3.0
-"""For one that comes no further."""
+"""It stops no longer than this for a ground station that makes no progress."""
 
 
 @dataclass(slots=True)
 class Client:
-    """One address that has sent a packet lately; times are the wall's."""
+    """An address that has sent a packet recently; times are wall time, unless stated otherwise."""
 
     session: Session
     up: Trouble
@@ -33,13 +33,13 @@ class Client:
     asked_s: float
     settled: bool = False
     beat_s: float = float("-inf")
-    """When it had last come further, and to which time of the drone."""
+    """Wall time at which beat_ms last grew, and the latest drone time that the client has seen."""
     beat_ms: int = 0
 
 
 @dataclass(slots=True)
 class Counters:
-    """What happened on the way."""
+    """Counts of datagrams and clients, and of refused packets by reason."""
 
     received: int = 0
     sent: int = 0
@@ -52,7 +52,7 @@ class Counters:
 
 
 class Radio:
-    """The drone's end of the link. Trouble begins for a client when its handshake is over."""
+    """The drone's end of the link; loss and reordering begin after a client's handshake."""
 
     def __init__(self, crazyflie: Crazyflie, trouble: TroubleSpec, seed: int) -> None:
         self.counters = Counters()
@@ -62,20 +62,20 @@ class Radio:
         self._clients: dict[Address, Client] = {}
         self._outgoing: list[tuple[Address, bytes]] = []
         self.silent = False
-        """Nothing gets through, either way."""
+        """While set, nothing gets through in either direction."""
         self.late_ms = 0
-        """What settled clients and the drone say to each other takes so long."""
+        """Delay of packets in either direction, after the handshake."""
         self._now_ms = 0
         self._up: deque[tuple[int, Address, bytes]] = deque()
         self._down: deque[tuple[int, Address, bytes]] = deque()
 
     def connected(self) -> bool:
-        """Somebody is heard."""
+        """Whether the drone hears any client."""
         return bool(self._clients) and not self.silent
 
     @property
     def trouble(self) -> TroubleSpec:
-        """Of the way, for all clients."""
+        """Loss, duplication and reordering of datagrams, for all clients."""
         return self._spec
 
     @trouble.setter
@@ -85,14 +85,14 @@ class Radio:
             client.up.spec = client.down.spec = spec
 
     def handshaking(self, now_s: float) -> bool:
-        """Some client is still reading tables or parameters."""
+        """Whether a client is still reading tables or parameters."""
         return any(
             not client.settled and now_s - client.asked_s < _HANDSHAKE_PAUSE_S
             for client in self._clients.values()
         )
 
     def outruns(self, now_s: float) -> bool:
-        """The drone's time is too far ahead of a ground station that is still there."""
+        """Whether drone time is too far ahead of a ground station that is still there."""
         return not self.silent and any(
             self._now_ms - client.beat_ms > _AHEAD_MS
             and client.session.logs.running
@@ -102,7 +102,7 @@ class Radio:
         )
 
     def receive(self, address: Address, datagram: bytes, now_s: float) -> None:
-        """Take a datagram from an address."""
+        """Take a datagram from a client."""
         self.counters.received += 1
         if self.silent:
             self.counters.lost_up += 1
@@ -128,7 +128,7 @@ class Radio:
         self.counters.lost_up += client.up.lost - lost_before
 
     def tick(self, now_ms: int) -> None:
-        """Send what the drone has to say by this firmware time."""
+        """Queue what the drone sends up to this firmware time."""
         self._now_ms = now_ms
         while self._up and self._up[0][0] <= now_ms:
             _, address, datagram = self._up.popleft()
@@ -145,7 +145,7 @@ class Radio:
             self._outgoing.append(self._down.popleft()[1:])
 
     def expire(self, now_s: float) -> None:
-        """Forget clients that are silent, with their log blocks."""
+        """Forget silent clients and their log blocks."""
         for address, client in list(self._clients.items()):
             if self.silent:
                 client.heard_s = now_s
@@ -153,7 +153,7 @@ class Radio:
                 del self._clients[address]
 
     def outgoing(self) -> Iterator[tuple[Address, bytes]]:
-        """Datagrams to send since the last call, in order."""
+        """Take the datagrams that wait to be sent, in order."""
         waiting, self._outgoing = self._outgoing, []
         self.counters.sent += len(waiting)
         return iter(waiting)
@@ -209,7 +209,7 @@ class Radio:
 
 
 def _note_beat(client: Client, datagram: bytes, now_s: float) -> None:
-    """Note how far a ground station has come, if it says so."""
+    """Note the drone time that a ground station reports to have seen, if this is its beat."""
     if (datagram[0] >> 4, datagram[0] & 3) == APP:
         message = decode_message(datagram[1:])
         if isinstance(message, Beat) and message.drone_ms > client.beat_ms:

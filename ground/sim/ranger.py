@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""VL53L1x rangers: cones of rays, the nearest strong return wins, weak ones are missed.
+"""VL53L1x rangers: cones of rays; the nearest strong return wins, weak ones are missed.
 
 A ray returns reflectivity * cos(incidence) / distance^2, weighted by the receiver's sensitivity
 across the cone. A target of 88 % reflectivity that fills the cone at 4 m is seen half of the time,
@@ -21,24 +21,24 @@ MIN_RANGE_M: Final = 0.04
 MAX_RANGE_M: Final = 4.0
 BEAMS: Final = ("front", "back", "left", "right", "up")
 SENSOR_OFFSET_M: Final = 0.016
-"""Of each sensor from the body's centre line, along its beam."""
+"""Distance of each sensor from the body's centre line, along its beam."""
 DECK_HEIGHT_M: Final = 0.04
 BELLY_HEIGHT_M: Final = 0.015
-"""Of the ranger that looks down, above the floor when standing."""
+"""Height of the downward ranger above the floor when the drone stands."""
 SKEW_S: Final = (-0.004, -0.002, 0.002, 0.004, 0.0)
-"""The driver reads front, back, up, left, right, one after the other."""
+"""Read-out time of each beam within a set: the driver reads front, back, up, left, right."""
 NOISE_RELATIVE: Final = (0.01, 0.02)
 NOISE_MIN_M: Final = 0.003
 DROPOUT: Final = 0.005
 FALSE_SHORT: Final = 0.003
-"""Share of the ranges that are of nothing, anywhere up to the true one."""
+"""Share of ranges that are false: uniform between the minimum and the true range."""
 
 _FIELD_DEG: Final = (-8.5, -3.0, 3.0, 8.5)
-"""27 degrees is the diagonal of the square field, whose sides are 19 degrees."""
+"""The datasheet's 27 degrees are the diagonal of a square field with sides of 19 degrees."""
 _DOWN_DEG: Final = (-6.0, 0.0, 6.0)
 _SENSITIVITY_DEG: Final = 9.0
 _CLUSTER_M: Final = 0.4
-"""Returns this little apart merge into one."""
+"""Returns closer together than this merge into one."""
 _STRONG_PART: Final = 0.2
 _FULL_SIGNAL: Final = 0.88 / MAX_RANGE_M**2
 _STEEPNESS: Final = 6.0
@@ -47,16 +47,16 @@ _AXES: Final = ((1.0, 0, 0), (-1.0, 0, 0), (0, 1.0, 0), (0, -1.0, 0), (0, 0, 1.0
 
 @dataclass(frozen=True, slots=True)
 class Cone:
-    """Unit directions about +x (N x 3) with weights that sum to 1."""
+    """Unit vectors about +x (N x 3) with weights that sum to 1."""
 
     directions: Array
     weights: Array
     stretch: float
-    """What a flat wall square to the axis seems farther than it is; calibrated away."""
+    """Factor by which a wall square to the axis seems too far; the sensor calibrates it away."""
 
 
 def make_cone(offsets_deg: tuple[float, ...] = _FIELD_DEG) -> Cone:
-    """Rays on a square field of view, these angles up and these across."""
+    """Make a square grid of rays, at each of these angles up and across."""
     tangents = [math.tan(math.radians(off)) for off in offsets_deg]
     rays = np.array([(1.0, across, up) for up in tangents for across in tangents])
     rays /= np.linalg.norm(rays, axis=1)[:, None]
@@ -68,7 +68,7 @@ def make_cone(offsets_deg: tuple[float, ...] = _FIELD_DEG) -> Cone:
 
 
 def echo(distance_m: Array, strength: Array) -> tuple[Array, Array]:
-    """Distance and signal (1 = seen half of the time) of each row's nearest strong return.
+    """Distance and signal of each beam's nearest strong return; at signal 1 half are detected.
 
     Both arguments are beams x rays; a beam without any return gets inf and 0.
     """
@@ -86,7 +86,7 @@ def echo(distance_m: Array, strength: Array) -> tuple[Array, Array]:
 
 
 def rotation(roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, ...]:
-    """Body to world, row by row; pitch nose up positive."""
+    """Rotation matrix from body to world, row by row; pitch is positive nose up."""
     cr, sr = math.cos(roll_rad), math.sin(roll_rad)
     cp, sp = math.cos(pitch_rad), -math.sin(pitch_rad)
     cy, sy = math.cos(yaw_rad), math.sin(yaw_rad)
@@ -98,7 +98,7 @@ def rotation(roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, 
 
 
 class MultiRanger:
-    """Five cones on the body; one measure() is one set, as it would be published."""
+    """The Multi-ranger deck: five cones fixed to the body; measure() gives one published set."""
 
     def __init__(
         self, world: World, rng: np.random.Generator, false_short: float = FALSE_SHORT
@@ -110,7 +110,7 @@ class MultiRanger:
         self._body_rays = np.stack([_about(axis, self._cone.directions) for axis in _AXES])
 
     def measure(self, body: Vehicle) -> Ranges:
-        """Range of each of BEAMS in millimetres, RANGE_NONE_MM where nothing answers."""
+        """Range of each of BEAMS in millimetres, RANGE_NONE_MM without return."""
         turns = np.array(
             [
                 rotation(
@@ -134,14 +134,14 @@ class MultiRanger:
         return self._publish(range_m / self._cone.stretch - approach_m, signal)
 
     def _approach_m(self, body: Vehicle, turns: Array) -> Array:
-        """How much nearer each sensor was, by its place on the body and its later read-out."""
+        """How much nearer each target is, because of the sensor's place and later read-out."""
         velocity = np.array((body.vx_mps, body.vy_mps, body.vz_mps))
         axes = np.einsum("bij,bj->bi", turns, np.array(_AXES))
         approach: Array = SENSOR_OFFSET_M + axes @ velocity * np.array(SKEW_S)
         return approach
 
     def _publish(self, range_m: Array, signal: Array) -> Ranges:
-        """Noise, misses, false short returns, whole millimetres."""
+        """Add noise, misses and false short returns; round to millimetres."""
         luck = self._rng.random((3, len(BEAMS)))
         noise_m = np.maximum(self._relative * np.minimum(range_m, MAX_RANGE_M), NOISE_MIN_M)
         noisy_m = range_m + noise_m * self._rng.standard_normal(len(BEAMS))
@@ -157,7 +157,7 @@ class MultiRanger:
 
 
 class HeightRanger:
-    """The ranger of the flow deck, looking down; with fewer rays."""
+    """The flow deck's downward ranger, with fewer rays than the Multi-ranger's beams."""
 
     def __init__(self, world: World, rng: np.random.Generator) -> None:
         self._world, self._rng = world, rng
@@ -165,7 +165,7 @@ class HeightRanger:
         self._body_rays = _about((0.0, 0.0, -1.0), self._cone.directions)
 
     def measure_m(self, body: Vehicle) -> float | None:
-        """Distance to what is below, along the body's axis."""
+        """Height of the body's underside above what is below, along the body axis, or None."""
         turn = np.array(rotation(body.roll_rad, body.pitch_rad, body.yaw_rad)).reshape(3, 3)
         origin = (body.x_m, body.y_m, body.z_m + DECK_HEIGHT_M)
         seen = self._world.cast(origin, self._body_rays @ turn.T, MAX_RANGE_M + 0.5)
@@ -179,7 +179,7 @@ class HeightRanger:
 
 
 def _about(axis: tuple[float, float, float], directions: Array) -> Array:
-    """The cone about +x, turned to be about this axis."""
+    """Turn a cone about +x to point along this axis."""
     x, y, z = axis
     if z:
         return np.stack([-directions[:, 2] * z, directions[:, 1], directions[:, 0] * z], axis=1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a simulated flight was like in truth: for scoring, never for the drone or its display."""
+"""The truth about a simulated flight, for scoring; never for the drone or its display."""
 
 from dataclasses import asdict
 from math import dist, pi, remainder
@@ -12,7 +12,7 @@ _DIGITS = 4
 
 
 class Logbook:
-    """Follows the plant: way flown and, if wanted, the trail of true poses."""
+    """Follows the plant: length of the path and, if wanted, the trail of true poses."""
 
     def __init__(self, plant: Plant, keep_trail: bool) -> None:
         self._plant = plant
@@ -24,7 +24,7 @@ class Logbook:
         self._max_height_m = self._last_m[2]
 
     def note(self) -> None:
-        """Look at the plant after a step."""
+        """Note the state of the plant after a step."""
         truth = self._plant.truth
         self._path_m += dist(truth.position_m, self._last_m)
         self._last_m = truth.position_m
@@ -38,7 +38,9 @@ class Logbook:
         figures: dict[str, object] = {
             "sim_s": round(self._plant.time_s, 3),
             "collisions": self._plant.collisions,
-            "collision_log": [asdict(collision) for collision in self._plant.collision_log],
+            "collision_log": [
+                asdict(one) | {"by_drone": one.by_drone} for one in self._plant.collision_log
+            ],
             "path_m": round(self._path_m, _DIGITS),
             "max_height_m": round(self._max_height_m, _DIGITS),
             "true_pose": self._pose(),
@@ -55,7 +57,7 @@ class Logbook:
 
 
 def traffic(counters: Counters, app_packets_lost: int) -> dict[str, object]:
-    """Figures of the link."""
+    """Figures of the radio link."""
     return {
         "datagrams_in": counters.received,
         "datagrams_out": counters.sent,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`wayflie replay --rerun`: a recording through the C code again, and what comes of it."""
+"""`wayflie replay --rerun`: runs the C code again on a recording, and compares the results."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ground.checks import Check, write_report
 from ground.errors import GroundError, LinkUnavailable
 from ground.model import Incoming
 from ground.progress import waiting
-from ground.recordfile import RecordFile
-from ground.recording import Entry, read_entries, read_session
+from ground.record.reader import Entry, read_entries, read_session
+from ground.record.writer import RecordFile
 from ground.sim.caller import Caller
 from ground.sim.hearing import Ear, Keeper
 from ground.sim.inputs import CALLS, split
@@ -30,14 +30,14 @@ WORDS: Final = {
 
 @dataclass(slots=True)
 class Outcomes:
-    """Sink: what the calls give now."""
+    """A Sink that collects what the calls return now."""
 
     calls: int = 0
     now_ms: int = 0
     outcomes: list[tuple[bytes, bytes, bytes]] = field(default_factory=list)
 
     def note(self, letter: bytes, arguments: bytes = b"", outcome: bytes = b"") -> None:
-        """One call and its outcome."""
+        """Collect one call and its outcome."""
         self.calls += 1
         if letter == b"r":
             self.now_ms += int.from_bytes(arguments, "little")
@@ -46,15 +46,15 @@ class Outcomes:
 
 @dataclass(slots=True)
 class Comparison:
-    """How the second time compares with the first. `first`: where they part, in words."""
+    """Comparison with the recording; `first` describes the first difference."""
 
     messages: int = 0
     different: int = 0
     first: str = ""
 
 
-async def rerun_file(file: Path, into: Path | None, json_file: Path | None, out: Console) -> bool:
-    """Compute it again; @return whether the C code said the same, where that can be judged."""
+def rerun_file(file: Path, into: Path | None, json_file: Path | None, out: Console) -> bool:
+    """Run it again. @return whether the C code did the same, where that can be judged"""
     try:
         with waiting(out, f"reading {file}"):
             entries = list(read_entries(file))
@@ -76,7 +76,7 @@ async def rerun_file(file: Path, into: Path | None, json_file: Path | None, out:
         write_report(json_file, figures, checks)
     if not checks:
         out.print(
-            "computed from what came over the radio: near to what the drone did, never bit for bit"
+            "computed from what came over the radio: close to what the drone did, never bit for bit"
         )
     return all(check.ok for check in checks)
 
@@ -84,7 +84,7 @@ async def rerun_file(file: Path, into: Path | None, json_file: Path | None, out:
 def _rerun_calls(
     entries: list[Entry], copy: RecordFile | None
 ) -> tuple[dict[str, Any], list[Check]]:
-    """All that the app was told, to the bit."""
+    """Make all recorded calls again and compare their outcomes bit by bit."""
     outcomes, found = Outcomes(), Comparison()
     caller = Caller(outcomes)
     ear, tell, begin_s = Ear(caller.firmware), _keeper(copy), time.monotonic()
@@ -111,7 +111,7 @@ def _rerun_calls(
 
 
 def _compare(outcomes: Outcomes, before: bytes, found: Comparison) -> None:
-    """Against the outcomes that were recorded for the same calls."""
+    """Compare the outcomes with those that were recorded for the same calls."""
     found.messages += 1
     if b"".join(letter + outcome for letter, _, outcome in outcomes.outcomes) == before:
         return
@@ -131,7 +131,7 @@ def _compare(outcomes: Outcomes, before: bytes, found: Comparison) -> None:
 
 
 def _keeper(copy: RecordFile | None) -> Keeper:
-    """Writes messages into the file, if there is one."""
+    """A function that writes messages into the file, if there is one."""
 
     def keep(message: Incoming, now_ms: int) -> None:
         if copy:

@@ -1,44 +1,41 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What came over a radio, through the C code again: near to the flight, never to the bit.
+"""Runs the C code again on what came over a radio: close to the flight, but not bit for bit.
 
-The log blocks sample the firmware's variables at their own times, packets are lost, and some inputs
-(variances, the flow's quality) are not sent at all and taken as good. What is missing is held.
+Log blocks sample the firmware's variables at their own times, packets are lost, and some inputs
+(variances, flow quality) are not sent at all and assumed to be good. Missing values are held. A
+command that was refused is not given again: what it was refused for may not be in the recording.
 """
 
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Iterator
 from typing import Any, Final
 
 import numpy as np
 
 from ground.checks import Check
-from ground.codec import SENT_KINDS
 from ground.core import MissionState
 from ground.errors import GroundError
-from ground.map import GroundMap
-from ground.missing import MapPacket
+from ground.link.wire import decode_message, encode_request
+from ground.map.groundmap import GroundMap
 from ground.model import (
-    Command,
-    EmergencyStop,
+    Ack,
     Health,
     Hello,
-    HelloRequest,
     Incoming,
+    MapPacket,
     Odometry,
-    Outgoing,
     ParameterValue,
     Ranges,
-    SetParameter,
     Telemetry,
 )
-from ground.recording import Spoken
+from ground.record.reader import Spoken
+from ground.requests import AppRequest, Command, EmergencyStop, HelloRequest, Outgoing, SetParameter
 from ground.sim.firmware import Firmware
 from ground.sim.hearing import Keeper, blocks_of, numbers_of
 from ground.sim.model import RANGE_NONE_MM, Readings
-from ground.wire import decode_message, encode_request
+from ground.sim.params import pack_value
 
 TICK_MS: Final = 20
 ON_GROUND_M: Final = 0.2
@@ -48,25 +45,28 @@ TX_PACKETS: Final = 100
 _NOISE_MM: Final = (0, 3, -5, 6, -2, 4, -7, 2, -4)
 _GOOD_QUALITY: Final = 100
 _GOOD_VARIANCE: Final = 1e-3
-_LAYOUTS: Final = {0x6: "<f", 0x8: "<B", 0x9: "<H", 0xA: "<I"}
-_TYPE_MASK: Final = 0x0F
 _ACTING: Final = ("way.cmd", "way.goalX", "way.goalY", "way.selftest")
 
 
 class RadioRerun:
-    """One session; report() computes it."""
+    """One session; report() computes it again."""
 
     def __init__(self, session: list[Spoken], tell: Keeper) -> None:
         self._session = session
         self._tell = tell
+        self._refused = {
+            (word.message.sequence, word.message.cmd)
+            for word in session
+            if isinstance(word.message, Ack) and word.message.reason
+        }
         self._drone = _Drone(_first_of_each(session))
-        self._maps = GroundMap(), GroundMap()  # of the drone, and computed here
+        self._maps = GroundMap(), GroundMap()  # the drone's, and the one computed here
         self._said: Telemetry | None = None
-        self._apart: list[tuple[float, float, bool]] = []  # [m], [rad], same state
+        self._apart: list[tuple[float, float, bool]] = []  # distance [m], turn [rad], same state
         self._ticks = self._whole = 0
 
     def report(self) -> tuple[dict[str, Any], list[Check]]:
-        """Figures, and no checks: equality is not to be had."""
+        """Figures without checks, since equality cannot be expected."""
         times_s = [word.time_s for word in self._session if isinstance(word.message, Odometry)]
         self._refuse(bool(times_s))
         words = iter(self._session)
@@ -90,10 +90,10 @@ class RadioRerun:
             raise GroundError("this recording has no odometry: it cannot be computed again")
         starts = first.state in (MissionState.IDLE, MissionState.TAKEOFF)
         if not starts or first.pose.z_m > ON_GROUND_M:
-            raise GroundError("this recording begins in flight: what was before is not in it")
+            raise GroundError("this recording begins in flight: its beginning is missing")
 
     def _take(self, word: Spoken) -> None:
-        """What the drone was told or has measured goes in; what it said is kept to compare."""
+        """Feed inputs to the app; keep what the drone said, for comparison."""
         match word.message:
             case Telemetry():
                 self._said = word.message
@@ -101,6 +101,8 @@ class RadioRerun:
                 self._maps[0].take_hello(word.message)
             case MapPacket():
                 self._maps[0].take_packet(word.message, word.time_s)
+            case Command(sequence, cmd) if (sequence, cmd) in self._refused:
+                pass
             case _:
                 self._drone.take(word.message)
 
@@ -119,7 +121,7 @@ class RadioRerun:
 
     def _figures(self) -> dict[str, Any]:
         distances_m, turns_rad, same = zip(*self._apart, strict=True)
-        half = (len(distances_m) + 1) // 2  # it drifts apart once it has decided otherwise
+        half = (len(distances_m) + 1) // 2  # after a different decision the two drift apart
         theirs, ours = (grid.states for grid in self._maps)
         known = (theirs != 0) & (ours != 0)
         same_cells = float((theirs == ours)[known].mean()) if known.any() else 0.0
@@ -140,17 +142,17 @@ class RadioRerun:
 
 
 class _Drone:
-    """The app, and what its sensors said last."""
+    """The app, with the latest readings of its sensors."""
 
     def __init__(self, before: list[Incoming]) -> None:
-        """`before`: what its sensors say while it starts."""
+        """`before` holds the sensors' readings while the app starts."""
         self.commands = self.range_sets = 0
         self._firmware = Firmware()
         self._params = numbers_of(self._firmware.param_entries())
-        self._types = [entry.type & _TYPE_MASK for entry in self._firmware.param_entries()]
+        self._types = [entry.type for entry in self._firmware.param_entries()]
         self._blocks = [(b, b.reader(self._firmware)) for b in blocks_of(self._firmware)]
         self._readings = Readings(motion_quality=_GOOD_QUALITY)
-        self._readings.var_position_m2 = (_GOOD_VARIANCE,) * 3
+        self._readings.var_velocity_m2ps2 = (_GOOD_VARIANCE,) * 3
         for message in before:
             self.take(message)
         self.range_sets = 0
@@ -164,7 +166,7 @@ class _Drone:
         return self._firmware.now_ms()
 
     def take(self, message: Incoming | Outgoing) -> None:
-        """What it has measured, or was sent."""
+        """Take a measurement, or a message to the drone."""
         seen = self._readings
         match message:
             case Odometry(_, pose, roll_rad, pitch_rad, vx_mps, vy_mps, yaw_rate_rps):
@@ -182,12 +184,12 @@ class _Drone:
             case ParameterValue(name, value) | SetParameter(name, value):
                 self._set(name, value, isinstance(message, SetParameter))
             case EmergencyStop():
-                pass  # the supervisor's bits tell of it
+                pass  # the bits of supervisor.info show it
             case _:
                 self._push(message)
 
     def tick(self) -> Iterator[Incoming]:
-        """One period of the app, and what it says."""
+        """Run one period of the app, and yield what it says."""
         self._firmware.set_sensors(self._readings)
         self._firmware.set_tx_free(TX_PACKETS)
         self._firmware.run(TICK_MS)
@@ -202,7 +204,7 @@ class _Drone:
                     yield said
 
     def _stand_still(self) -> None:
-        """Until the estimate counts as settled; ranges that never change would count as stuck."""
+        """Wait until the estimate counts as settled; vary the ranges, or they count as frozen."""
         seen = self._readings.range_mm
         for number in range(WARM_UP_MS // RANGES_MS):
             front, back, left, right, up = (mm + _NOISE_MM[number % len(_NOISE_MM)] for mm in seen)
@@ -212,23 +214,20 @@ class _Drone:
         self._readings.range_mm = seen
 
     def _push(self, message: Incoming | Outgoing) -> None:
-        if type(message).__name__ in SENT_KINDS:
+        if isinstance(message, AppRequest):
             self.commands += isinstance(message, Command)
-            self._firmware.appchannel_push(encode_request(message))  # type: ignore[arg-type]
+            self._firmware.appchannel_push(encode_request(message))
 
     def _set(self, name: str, value: float, asked: bool) -> None:
-        """What a client sets; what the drone says of itself only where it is no command."""
+        """Set a parameter; one reported by the drone is skipped if setting it would act."""
         number = self._params.get(name)
         if number is None or (name in _ACTING and not asked):
             return
-        layout = _LAYOUTS.get(self._types[number])
-        if layout:
-            data = struct.pack(layout, value if layout == "<f" else int(value))
-            self._firmware.param_write(number, data)
+        self._firmware.param_write(number, pack_value(self._types[number], value))
 
 
 def _first_of_each(session: list[Spoken]) -> list[Incoming]:
-    """The first that each sensor said."""
+    """The first message of each sensor."""
     found: dict[type, Incoming] = {}
     for word in session:
         if isinstance(word.message, Odometry | Ranges | Health):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The simulator: plant, firmware and radio, stepped together by one loop."""
+"""One simulated drone: plant, firmware and radio, stepped together."""
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
@@ -30,7 +30,7 @@ _INITIAL_POSE = ("initialX", "initialY", "initialZ", "initialYaw")
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How to simulate."""
+    """Settings of a simulation."""
 
     seed: int = 1
     profile: str = "real"
@@ -50,7 +50,7 @@ class Simulator:
     """One Crazyflie in one world.
 
     Deterministic: the same packets at the same simulated times give the same flight and the same
-    answers. Sockets and the wall clock are the Swarm's.
+    answers. Sockets and the wall clock belong to Swarm.
     """
 
     def __init__(self, world: World, options: Options, firmware: Firmware | None = None) -> None:
@@ -88,24 +88,24 @@ class Simulator:
 
     @property
     def time_s(self) -> float:
-        """Simulated time."""
+        """Simulated time since the start."""
         return self._plant.time_s
 
     def warm_up(self) -> None:
-        """Pass the first second, in which the firmware starts and refuses to fly."""
+        """Run the first second, in which the firmware starts and refuses to fly."""
         while self.time_s < START_S:
             self.step()
 
     def deliver(self, address: Address, datagram: bytes) -> None:
-        """Let a datagram arrive now, in simulated time."""
+        """Deliver a client's datagram at the present simulated time."""
         self.radio.receive(address, datagram, self.time_s)
 
     def outgoing(self) -> Iterable[tuple[Address, bytes]]:
-        """What the drone has sent since the last call."""
+        """Take what the drone has sent since the last call."""
         return self.radio.outgoing()
 
     def step(self) -> None:
-        """Let PLANT_STEP_S of simulated time pass."""
+        """Advance simulated time by PLANT_STEP_S."""
         self.faults.step()
         setpoint, may_run = self._stack.step(self._plant.readings, self._is_set(self._stop_id))
         self._plant.step(setpoint, may_run)
@@ -121,11 +121,11 @@ class Simulator:
 
     @property
     def truth(self) -> Truth:
-        """Where it really is, for ever the same object."""
+        """The true pose and motion; always the same object, updated in place."""
         return self._plant.truth
 
     def status(self) -> dict[str, object]:
-        """All figures: truth and traffic."""
+        """Figures about the flight and the radio traffic, and the faults so far."""
         return {
             **self._logbook.summary(),
             **traffic(self.radio.counters, self._crazyflie.app_packets_lost),

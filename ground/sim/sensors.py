@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All sensors of the body, at their own rates and delays, into one Readings."""
+"""All sensors of the body, each with its own rate and delay; they write one Readings."""
 
 import math
 from typing import Final
@@ -9,10 +9,11 @@ import numpy as np
 from ground.sim.battery import Battery
 from ground.sim.broken import Broken, spoil
 from ground.sim.controller import CONTROL_STEP_S, Command
-from ground.sim.estimator import HEIGHT_VARIANCE_M2, PROFILES, Estimator
+from ground.sim.estimator import HEIGHT_VARIANCE_M2, Estimator
 from ground.sim.model import RANGE_NONE_MM, Ranges, Readings
 from ground.sim.noise import Noise
 from ground.sim.positioning import Positioning
+from ground.sim.profiles import PROFILES
 from ground.sim.ranger import FALSE_SHORT, HeightRanger, MultiRanger
 from ground.sim.vehicle import GRAVITY_MPS2, Vehicle
 from ground.sim.world import World
@@ -20,7 +21,7 @@ from ground.sim.world import World
 RANGE_PERIOD_STEPS: Final = 10
 """The Multi-ranger task publishes every 100 ms ..."""
 RANGE_AGE_STEPS: Final = (7, 9)
-"""... what was measured that many steps before, first and last, give or take the skew."""
+"""... what was measured this many steps before (random between both), without the skew."""
 HEIGHT_PERIOD_S: Final = 0.025
 FLOW_COUNTS_PER_RAD: Final = 10.0 * 30.0 / 0.71674
 GYRO_NOISE_DPS: Final = 0.1
@@ -29,7 +30,7 @@ TILT_VARIANCE_RAD2: Final = 1.2e-5
 
 
 class Sensors:
-    """Reads one body in one world; stepped every CONTROL_STEP_S, after the body."""
+    """Sensors of one body in one world; stepped every CONTROL_STEP_S, after the body."""
 
     def __init__(
         self,
@@ -56,7 +57,7 @@ class Sensors:
         self._quality = 0.0
 
     def step(self, body: Vehicle, command: Command, battery: Battery) -> None:
-        """Bring the readings up to now."""
+        """Update the readings."""
         self._step_ranges(body)
         height_m = self._step_height(body)
         self._quality = self._flow_quality(body)
@@ -72,7 +73,7 @@ class Sensors:
         self._write_power(command, battery)
 
     def _step_ranges(self, body: Vehicle) -> None:
-        """Publish the set of this period and choose when to measure the next."""
+        """Publish the set of this period, and choose when to measure the next one."""
         phase = self._step % RANGE_PERIOD_STEPS
         self._step += 1
         if phase == 0:
@@ -111,8 +112,8 @@ class Sensors:
         readings.vx_mps, readings.vy_mps = estimate.vx_mps, estimate.vy_mps
         readings.vz_mps = estimate.vz_mps
         readings.yaw_deg = math.degrees(math.remainder(estimate.yaw_rad, math.tau))
-        readings.var_position_m2 = (estimate.variance_m2,) * 3
-        readings.var_place_m2 = (estimate.place_m2, estimate.place_m2, HEIGHT_VARIANCE_M2)
+        readings.var_velocity_m2ps2 = (estimate.variance_m2,) * 3
+        readings.var_position_m2 = (estimate.place_m2, estimate.place_m2, HEIGHT_VARIANCE_M2)
         readings.var_attitude_rad2 = (TILT_VARIANCE_RAD2, TILT_VARIANCE_RAD2, estimate.yaw_rad2)
 
     def _write_inertial(self, body: Vehicle) -> None:
@@ -132,7 +133,7 @@ class Sensors:
         )
 
     def _write_flow(self, body: Vehicle) -> None:
-        """Raw motion of the flow sensor, in tenths of pixels a step."""
+        """Raw motion of the flow sensor, in tenths of a pixel per step."""
         readings = self.readings
         c, s = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
         scale = FLOW_COUNTS_PER_RAD * CONTROL_STEP_S if self._quality > 0.0 else 0.0

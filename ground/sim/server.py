@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The UDP socket in front of the radio."""
+"""The UDP sockets in front of the simulated radios."""
 
 import select
 import socket
@@ -18,7 +18,7 @@ _LOOK_EVERY_S = 0.002
 
 
 def serve_until(servers: Sequence["Server"], due_s: float) -> None:
-    """Answer what comes until that time; at least what is there already."""
+    """Answer packets until due_s, and at least those that wait already."""
     while True:
         for server in servers:
             server.answer()
@@ -29,13 +29,13 @@ def serve_until(servers: Sequence["Server"], due_s: float) -> None:
 
 
 def serve_until_read(servers: Sequence["Server"]) -> None:
-    """Go on answering while some client has much to read or think of; at once if none has."""
+    """Keep answering while a client lags behind; return at once if none does."""
     while any(server.clogged or server.outrun for server in servers):
         serve_until(servers, time.monotonic() + _LOOK_EVERY_S)
 
 
 class Server:
-    """One socket, used by one thread; time is time.monotonic()."""
+    """One drone's socket; for one thread, on the clock of time.monotonic()."""
 
     def __init__(self, radio: Radio, port: int) -> None:
         self._radio = radio
@@ -47,7 +47,10 @@ class Server:
             self._socket.bind((HOST, port))
         except OSError as error:
             self._socket.close()
-            raise SimulatorFailed(f"udp port {port} of {HOST}: {error.strerror}") from error
+            raise SimulatorFailed(
+                f"cannot listen at udp://{HOST}:{port}: {error.strerror}",
+                "end the other simulator, or name another --port",
+            ) from error
 
     def __enter__(self) -> "Server":
         return self
@@ -68,30 +71,30 @@ class Server:
 
     @property
     def sees_clients(self) -> bool:
-        """It can be told what they have not read yet."""
+        """Whether the system shows how much its clients have not read yet."""
         return self._backlog.all_seen
 
     @property
     def clogged(self) -> bool:
-        """Some client has much to read."""
+        """Whether a client has too much left to read."""
         return self._backlog.clogged(time.monotonic())
 
     @property
     def outrun(self) -> bool:
-        """Some ground station has not come to the present of the drone yet."""
+        """Whether a ground station lags behind the drone's time."""
         return self._radio.outruns(time.monotonic())
 
     def fileno(self) -> int:
-        """For select."""
+        """The socket's file descriptor, for select."""
         return self._socket.fileno()
 
     def answer(self) -> None:
-        """Take what has come and send what waits."""
+        """Take the datagrams that have arrived and send those that wait."""
         self._receive_waiting()
         self.flush()
 
     def flush(self) -> int:
-        """Send what waits; the number of datagrams."""
+        """Send the datagrams that wait and return their number."""
         count = 0
         for address, datagram in self._radio.outgoing():
             count += 1
@@ -99,7 +102,7 @@ class Server:
                 self._socket.sendto(datagram, address)
                 self._backlog.sent(address[1], time.monotonic())
             except OSError:
-                # The client is gone or the kernel's buffer is full: as lost as over the air.
+                # The client is gone or the kernel's buffer is full: lost, as over the air.
                 self._radio.counters.unsent += 1
         return count
 

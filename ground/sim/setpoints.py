@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Setpoints as clients send them: decoded as crtp_commander_rpyt.c and _generic.c do.
+"""Setpoints as clients send them, decoded as crtp_commander_rpyt.c and _generic.c do.
 
-Roll and pitch rates do not exist in this simulator: where they are asked for it flies level.
+Roll and pitch rates are not simulated: the drone flies level where they are commanded.
 """
 
 import struct
@@ -20,13 +20,13 @@ _QUATERNION_MASK = (1 << 9) - 1
 
 
 class ThrustLock:
-    """After a start, thrust of roll-pitch-yaw-thrust setpoints stays zero until a zero was seen."""
+    """After a start, thrust of port 3 stays zero until a setpoint with zero thrust was seen."""
 
     def __init__(self) -> None:
         self._locked = True
 
     def decode(self, data: bytes) -> Setpoint:
-        """Read a packet of port 3; its yaw rate is clockwise positive."""
+        """Decode a packet of port 3, whose yaw rate is positive clockwise."""
         roll_deg, pitch_deg, clockwise_dps, thrust = unpack(_RPYT, data)
         if thrust == 0:
             self._locked = False
@@ -38,7 +38,7 @@ class ThrustLock:
 
 
 def decode_generic(data: bytes) -> Setpoint:
-    """Read a packet of port 7, channel 0."""
+    """Decode a packet of port 7, channel 0."""
     if not data or data[0] not in _DECODERS:
         raise BadPacket("generic setpoint type")
     return _DECODERS[data[0]](data[1:])
@@ -59,76 +59,57 @@ def _stop(data: bytes) -> Setpoint:
     return Setpoint()
 
 
-def _velocity_world(data: bytes) -> Setpoint:
-    vx_mps, vy_mps, vz_mps, yaw_rate_dps = unpack(_FOUR, data)
+def _velocity(vx_mps: float, vy_mps: float, yaw_rate_dps: float) -> Setpoint:
     return Setpoint(
         mode_x=Mode.VELOCITY,
         mode_y=Mode.VELOCITY,
-        mode_z=Mode.VELOCITY,
         mode_yaw=Mode.VELOCITY,
         vx_mps=vx_mps,
         vy_mps=vy_mps,
-        vz_mps=vz_mps,
         yaw_rate_dps=yaw_rate_dps,
     )
+
+
+def _velocity_world(data: bytes) -> Setpoint:
+    vx_mps, vy_mps, vz_mps, yaw_rate_dps = unpack(_FOUR, data)
+    setpoint = _velocity(vx_mps, vy_mps, yaw_rate_dps)
+    setpoint.mode_z, setpoint.vz_mps = Mode.VELOCITY, vz_mps
+    return setpoint
 
 
 def _z_distance(data: bytes) -> Setpoint:
     roll_deg, pitch_deg, yaw_rate_dps, z_m = unpack(_FOUR, data)
     setpoint = _attitude(roll_deg, pitch_deg, yaw_rate_dps)
-    setpoint.mode_z = Mode.ABSOLUTE
-    setpoint.z_m = z_m
+    setpoint.mode_z, setpoint.z_m = Mode.ABSOLUTE, z_m
     return setpoint
 
 
 def _altitude_hold(data: bytes) -> Setpoint:
     roll_deg, pitch_deg, yaw_rate_dps, vz_mps = unpack(_FOUR, data)
     setpoint = _attitude(roll_deg, pitch_deg, yaw_rate_dps)
-    setpoint.mode_z = Mode.VELOCITY
-    setpoint.vz_mps = vz_mps
+    setpoint.mode_z, setpoint.vz_mps = Mode.VELOCITY, vz_mps
     return setpoint
 
 
 def _hover(data: bytes) -> Setpoint:
     vx_mps, vy_mps, yaw_rate_dps, z_m = unpack(_FOUR, data)
-    return Setpoint(
-        mode_x=Mode.VELOCITY,
-        mode_y=Mode.VELOCITY,
-        mode_z=Mode.ABSOLUTE,
-        mode_yaw=Mode.VELOCITY,
-        velocity_body=True,
-        vx_mps=vx_mps,
-        vy_mps=vy_mps,
-        z_m=z_m,
-        yaw_rate_dps=yaw_rate_dps,
-    )
+    setpoint = _velocity(vx_mps, vy_mps, yaw_rate_dps)
+    setpoint.velocity_body = True
+    setpoint.mode_z, setpoint.z_m = Mode.ABSOLUTE, z_m
+    return setpoint
 
 
 def _position(data: bytes) -> Setpoint:
-    x_m, y_m, z_m, yaw_deg = unpack(_FOUR, data)
-    return _absolute((x_m, y_m, z_m), yaw_deg)
+    return Setpoint.at(*unpack(_FOUR, data))
 
 
 def _full_state(data: bytes) -> Setpoint:
     values = unpack(_FULL_STATE, data)
     x_m, y_m, z_m, vx_mps, vy_mps, vz_mps = (value / 1000 for value in values[:6])
-    setpoint = _absolute((x_m, y_m, z_m), _yaw_of_compressed_deg(values[9]))
+    setpoint = Setpoint.at(x_m, y_m, z_m, _yaw_of_compressed_deg(values[9]))
     setpoint.vx_mps, setpoint.vy_mps, setpoint.vz_mps = vx_mps, vy_mps, vz_mps
     setpoint.yaw_rate_dps = degrees(values[12] / 1000)
     return setpoint
-
-
-def _absolute(position_m: tuple[float, float, float], yaw_deg: float) -> Setpoint:
-    return Setpoint(
-        mode_x=Mode.ABSOLUTE,
-        mode_y=Mode.ABSOLUTE,
-        mode_z=Mode.ABSOLUTE,
-        mode_yaw=Mode.ABSOLUTE,
-        x_m=position_m[0],
-        y_m=position_m[1],
-        z_m=position_m[2],
-        yaw_deg=yaw_deg,
-    )
 
 
 def _manual(data: bytes) -> Setpoint:
@@ -139,7 +120,7 @@ def _manual(data: bytes) -> Setpoint:
 
 
 def _clockwise(decoder: Callable[[bytes], Setpoint]) -> Callable[[bytes], Setpoint]:
-    """The legacy types differ only by the sign of their yaw rate."""
+    """Decoder of a legacy type, which differs only in the sign of the yaw rate."""
 
     def decode(data: bytes) -> Setpoint:
         setpoint = decoder(data)
@@ -150,7 +131,7 @@ def _clockwise(decoder: Callable[[bytes], Setpoint]) -> Callable[[bytes], Setpoi
 
 
 def _yaw_of_compressed_deg(word: int) -> float:
-    """Yaw of a quaternion packed as in quatcompress.h: the largest component is left out."""
+    """Yaw of a quaternion packed as in quatcompress.h, which omits the largest component."""
     largest = word >> 30
     quaternion = [0.0] * 4
     rest = 1.0

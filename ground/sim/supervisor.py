@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The firmware's supervisor: who may run the motors, and when they must stop.
+"""The firmware's supervisor: when the motors may run and when they must stop.
 
-After supervisor.c and supervisor_state_machine.c of crazyflie-firmware; the transitions are its
+After supervisor.c and supervisor_state_machine.c of crazyflie-firmware, with the transitions of its
 tables. Not simulated: deck faults and the checks of motor speeds.
 """
 
@@ -23,7 +23,7 @@ _UPSIDE_DOWN_G, _UPSIDE_DOWN_MS = -0.2, 100
 
 
 class State(IntEnum):
-    """As logged by the firmware's state machine."""
+    """States, numbered as the firmware logs them."""
 
     PREFLIGHT_FAILED = 1
     PREFLIGHT_PASSED = 2
@@ -38,7 +38,7 @@ class State(IntEnum):
 
 
 class Condition(IntFlag):
-    """What the transitions look at."""
+    """Conditions on which the transitions depend."""
 
     ARMED = auto()
     FLYING = auto()
@@ -68,9 +68,9 @@ class Info(IntFlag):
 
 
 _NONE = Condition(0)
-_EITHER = Condition.ARMED  # set or not set: always
+_EITHER = Condition.ARMED  # used for both columns, it always holds: set or not set
 
-# New state if any of the first conditions holds or any of the second does not; first match wins.
+# New state, if any of the first conditions is set or any of the second is not; first match wins.
 _Rule = tuple[State, Condition, Condition]
 _TRANSITIONS: dict[State, tuple[_Rule, ...]] = {
     State.PREFLIGHT_FAILED: (
@@ -119,7 +119,7 @@ _MOTORS_ALLOWED = frozenset((State.READY, State.FLYING, State.LANDED, State.LEVE
 
 @dataclass(slots=True)
 class Inputs:
-    """What the supervisor sees of the rest of the firmware."""
+    """What the supervisor reads from the rest of the firmware."""
 
     now_ms: int
     motors_run: bool
@@ -130,7 +130,7 @@ class Inputs:
 
 
 class Supervisor:
-    """One state machine; update() is due every PERIOD_MS of firmware time."""
+    """The supervisor's state machine; call update() every PERIOD_MS of firmware time."""
 
     def __init__(self, auto_arm: bool, print_line: Callable[[str], None]) -> None:
         self.info = Info(0)
@@ -150,38 +150,38 @@ class Supervisor:
 
     @property
     def armed(self) -> bool:
-        """Arming is activated, by request or by itself."""
+        """Whether the drone is armed, by request or automatically."""
         return self._armed
 
     @property
     def crashed(self) -> bool:
-        """Crash recovery is needed."""
+        """Whether it has crashed and needs a recovery request."""
         return self._crashed
 
     def request_arming(self, arm: bool) -> bool:
-        """Arm or disarm; false if that is not possible now."""
+        """Arm or disarm; false if that is not possible in this state."""
         if arm and not self._armed and self._state is not State.PREFLIGHT_PASSED:
             return False
         self._armed = arm
         return True
 
     def request_recovery(self) -> bool:
-        """Forget a crash; false while still tumbled."""
+        """Clear a crash; false while the drone is still tumbled."""
         if self._crashed and self._tumbled:
             return False
         self._crashed = False
         return True
 
     def emergency_stop(self) -> None:
-        """Cut the motors; only a restart releases this."""
+        """Cut the motors until the next restart."""
         self._stop = True
 
     def feed_watchdog(self, now_ms: int) -> None:
-        """Arm the emergency stop watchdog, or keep it quiet for another second."""
+        """Start the emergency stop watchdog, or feed it for another second."""
         self._watchdog_ms = now_ms
 
     def update(self, inputs: Inputs) -> None:
-        """One step of the state machine."""
+        """Run one step of the state machine."""
         conditions = self._conditions(inputs)
         for state, if_any, unless_all in _TRANSITIONS[self._state]:
             if conditions & if_any or ~conditions & unless_all:
@@ -190,7 +190,7 @@ class Supervisor:
         self._publish(conditions, inputs.high_level)
 
     def override(self, setpoint: Setpoint) -> Setpoint:
-        """What the stabilizer shall fly instead, as far as this state demands it."""
+        """Replace the setpoint as this state demands: levelled out, or motors off."""
         if self._state is State.LEVEL_OUT:
             return Setpoint(
                 mode_z=setpoint.mode_z,

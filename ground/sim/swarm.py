@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several Crazyflies in one world, one process and one loop, each behind a port of its own.
+"""Several Crazyflies in one process and one loop, each on a UDP port of its own.
 
-Each flies in a world of its own that is the same as all others; in it the others are discs of a
-drone's size that go where those really are. So they are seen by beams at their height, stood upon,
-and bumped into. Not modelled: the wind that they make for each other.
+Each has its own copy of the world, in which the other drones are discs of a drone's size that
+follow their true positions. Beams see them, a drone can stand on them or collide with them. Not
+modelled: the downwash of other drones.
 """
 
 import math
@@ -25,7 +25,7 @@ from ground.sim.world import World
 from ground.sim.worldspec import Obstacle, Point, WorldSpec
 
 DRONES_MAX = 10
-"""As many as cflib's scan finds."""
+"""As many drones as cflib's scan finds."""
 APART_M = 0.6
 ROOM_M = 0.3
 _REFLECTIVITY = 0.3
@@ -35,7 +35,7 @@ _BEARINGS = 16
 
 
 def start_places(spec: WorldSpec, count: int) -> list[Point]:
-    """The world's own start, then places near it that are free, apart, and in sight of it."""
+    """The world's start, then free places near it, apart from each other and in sight of it."""
     footprints = Footprints(spec.obstacles)
     places = [spec.start_m]
     for ring in range(1, _RINGS + 1):
@@ -63,14 +63,14 @@ def _is_free(footprints: Footprints, start: Point, place: Point, taken: list[Poi
 
 @dataclass(slots=True)
 class Clock:
-    """Simulated and wall time, the time with a client apart."""
+    """Simulated and wall time, with the time in which a client was served counted separately."""
 
     wall_s: float = 0.0
     served_sim_s: float = 0.0
     served_wall_s: float = 0.0
 
     def figures(self) -> dict[str, object]:
-        """realtime_factor counts the time with a client."""
+        """The figures for status(); realtime_factor is over the time with a client."""
         factor = self.served_sim_s / self.served_wall_s if self.served_wall_s else 0.0
         return {
             "wall_s": round(self.wall_s, 3),
@@ -82,27 +82,27 @@ class Clock:
 
 @dataclass(slots=True)
 class Swarm:
-    """All drones of one process; one is a swarm as well."""
+    """All drones of one process; a single drone is a swarm of one."""
 
     drones: list[Simulator]
     worlds: list[World]
     others_from: int
-    """The first row of the other drones among a world's obstacles."""
+    """Index of the first other drone among a world's obstacles."""
     clock: Clock = field(default_factory=Clock)
 
     def step(self) -> None:
-        """Let PLANT_STEP_S of simulated time pass for all."""
+        """Advance simulated time by PLANT_STEP_S for all drones."""
         self._meet()
         for drone in self.drones:
             drone.step()
 
     def warm_up(self) -> None:
-        """Pass the first second, in which the firmware starts and refuses to fly."""
+        """Run the first second, in which the firmware starts and refuses to fly."""
         while self.drones[0].time_s < START_S:
             self.step()
 
     def run(self, servers: Sequence[Server], speed: float, stopped: Callable[[], bool]) -> None:
-        """Serve clients until stopped() says so; it is asked every step."""
+        """Serve clients until stopped() is true; it is asked once per step."""
         begin_s = before_s = time.monotonic()
         pace = Pace(speed, PLANT_STEP_S, begin_s)
         while not stopped():
@@ -111,7 +111,7 @@ class Swarm:
             serve_until(servers, pace.next_due_s(hurry, before_s))
             if pace.waits:
                 serve_until_read(servers)
-            # Only now: what a client has sent while this process did not run has been taken.
+            # Expire clients only now, after taking what they sent while this process did not run.
             for drone in self.drones:
                 drone.radio.expire(before_s)
             self.step()
@@ -126,17 +126,17 @@ class Swarm:
         self.clock.wall_s += time.monotonic() - begin_s
 
     def status(self) -> dict[str, object]:
-        """The figures of the one drone, or of all as a list `drones`."""
+        """The figures of the only drone, or those of all drones as a list `drones`."""
         each = [drone.status() | self.clock.figures() for drone in self.drones]
         return each[0] if len(each) == 1 else {"drones": each, **self.clock.figures()}
 
     def places_m(self) -> list[Point]:
-        """Where each is, in the map frame of the first."""
+        """Position of each drone, in the map frame of the first."""
         here = (drone.truth.position_m for drone in self.drones)
         return [self.worlds[0].to_map(x_m, y_m) for x_m, y_m, _ in here]
 
     def _meet(self) -> None:
-        """Put the others where they are, and let all worlds know what has set something off."""
+        """Move the other drones' discs, and share triggered motions between the worlds."""
         for mine, world in enumerate(self.worlds):
             others = [drone.truth for drone in self.drones if drone is not self.drones[mine]]
             for row, truth in enumerate(others, self.others_from):
@@ -149,7 +149,7 @@ class Swarm:
 def make_swarm(
     spec: WorldSpec, options: Options, count: int, firmware: Sequence[Firmware] = ()
 ) -> Swarm:
-    """So many in this world, with seeds that follow each other; the first is as if alone."""
+    """Make a swarm; seeds count up from the first drone's, which flies as if it were alone."""
     places = start_places(spec, count)
     worlds, drones = [], []
     for mine, place in enumerate(places):
@@ -168,7 +168,7 @@ def make_swarm(
 
 
 def _disc(number: int, at: Point) -> Obstacle:
-    """Another drone; that it might vanish makes the world expect it to move."""
+    """Another drone as an obstacle; one that vanishes some time counts as one that can move."""
     name, size = f"drone {number + 1}", (BODY_RADIUS_M, BODY_RADIUS_M)
     return Obstacle(
         name, at, size, 0.0, BODY_RADIUS_M, 0.0, BODY_HEIGHT_M, _REFLECTIVITY, vanishes_s=_NEVER_S

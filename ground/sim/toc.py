@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tables of contents (version 2) of the log and the parameter service."""
+"""Tables of contents (version 2) of the log and parameter services."""
 
 import struct
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ _ID = struct.Struct("<BH")
 
 @dataclass(frozen=True, slots=True)
 class TocEntry:
-    """One variable as clients see it; flags beyond the type are already in type_byte."""
+    """A variable as clients see it; type_byte holds its flags too."""
 
     type_byte: int
     group: str
@@ -23,7 +23,7 @@ class TocEntry:
 
 
 class Toc:
-    """Answers channel 0 of one port; every answer is made once, in the beginning."""
+    """Answers requests for one table on channel 0 of its port; answers are made in advance."""
 
     def __init__(self, port: int, entries: Sequence[TocEntry], crc: int, limits: bytes) -> None:
         info = struct.pack("<BHI", _GET_INFO, len(entries), crc) + limits
@@ -35,7 +35,7 @@ class Toc:
         self._no_item = encode(port, CHANNEL, bytes((_GET_ITEM,)))
 
     def answer(self, data: bytes) -> bytes:
-        """Answer one request."""
+        """Answer a request; raise BadPacket if it is none."""
         if len(data) == 1 and data[0] == _GET_INFO:
             return self._info
         if len(data) == _ID.size and data[0] == _GET_ITEM:

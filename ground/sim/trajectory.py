@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One piece of a high-level trajectory: from a moving state to rest at a goal."""
+"""One piece of a high-level trajectory, from a moving state to rest at a goal."""
 
 from dataclasses import dataclass
 from math import pi, remainder
@@ -19,7 +19,7 @@ class Motion:
 
 
 class Trajectory:
-    """Polynomial of 7th order with no jerk at both ends, as the firmware's planner makes it."""
+    """A 7th order polynomial without jerk at both ends, as the firmware's planner makes it."""
 
     def __init__(self, begin: Motion, goal: Vector, begin_s: float, duration_s: float) -> None:
         self.begin_s = begin_s
@@ -35,11 +35,11 @@ class Trajectory:
         ]
 
     def finished(self, time_s: float) -> bool:
-        """The goal is reached."""
+        """Whether the end is reached."""
         return time_s - self.begin_s >= self.duration_s
 
     def at(self, time_s: float) -> Motion:
-        """Where to be at a time; the goal at rest after the end."""
+        """The motion at a time; after the end, rest at the goal."""
         part = min(max((time_s - self.begin_s) / self.duration_s, 0.0), 1.0)
         values = [_evaluate(c, part) for c in self._coefficients]
         x, y, z, yaw = values
@@ -71,7 +71,7 @@ _Coefficients = tuple[float, float, float, float, float, float, float, float]
 
 
 def _septic(d0: float, d1: float, d2: float, goal: float) -> _Coefficients:
-    """Solve for end position goal, and no velocity, acceleration and jerk there, over [0, 1]."""
+    """Coefficients over [0, 1] that end at the goal without velocity, acceleration and jerk."""
     r0 = goal - d0 - d1 - d2
     r1 = -d1 - 2 * d2
     r2 = -2 * d2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bad way between drone and client: datagrams get lost, doubled and overtake each other."""
+"""A bad link between drone and client, which loses, duplicates and reorders datagrams."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True)
 class TroubleSpec:
-    """Fractions of all datagrams, each way."""
+    """Probabilities for each datagram, the same in both directions."""
 
     loss: float = 0.0
     duplication: float = 0.0
@@ -20,7 +20,7 @@ NO_TROUBLE: Final = TroubleSpec()
 
 
 class Trouble:
-    """One direction of one client's way."""
+    """One direction of a client's link."""
 
     def __init__(self, spec: TroubleSpec, random: Random) -> None:
         self.lost = 0
@@ -29,7 +29,7 @@ class Trouble:
         self.spec = spec
 
     def carry(self, datagram: bytes) -> Iterator[bytes]:
-        """What arrives when this datagram is sent, in order."""
+        """Yield what arrives when this datagram is sent, in order."""
         if self.spec == NO_TROUBLE and self._held is None:
             yield datagram
             return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What was true in a simulated flight, in the drone's map frame: for drawing over its map."""
+"""The truth of a simulated flight in the drone's map frame, to draw over its map."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground.errors import GroundError
-from ground.plot import Truth
+from ground.record.plot import Truth
 from ground.sim.world import World, load_world
 from ground.sim.worldspec import Obstacle
 
@@ -21,7 +21,7 @@ _DISC_CORNERS: Final = 24
 
 
 def read_truth(world: str, flown: Path | None) -> Truth:
-    """Of that world, or the one that the file of `wayflie sim --trail --json` names."""
+    """Read the truth from a world, or from a file that `wayflie sim --trail --json` wrote."""
     figures = {}
     if flown:
         try:
@@ -40,7 +40,7 @@ def read_truth(world: str, flown: Path | None) -> Truth:
 
 
 def _in_map(room: World, trail: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Time, x, y and yaw of rows of time, x, y, z, yaw in the world."""
+    """Convert rows of time, x, y, z, yaw in the world to time, x, y, yaw in the map frame."""
     x_m, y_m = room.to_map(trail[:, 1], trail[:, 2])
     return np.column_stack([trail[:, 0], x_m, y_m, trail[:, 4] - room.spec.start_yaw_rad])
 

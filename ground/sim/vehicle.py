@@ -2,9 +2,9 @@
 """The body of a Crazyflie 2.1 with two decks: identified dynamics, floor contact, tumbling.
 
 Figures: cf2x_L250, model so_rpy_rotor_drag, of drone-models 0.1.0 (Rath, Schuck, PyPI; identified
-from flights with motion capture). Attitude follows its command as a second-order lag whose steady
-gain is 1, since the integral part of the firmware's attitude PID removes what the fit left over.
-Yaw is counter-clockwise, pitch nose up positive. z is 0 when the body stands on the floor.
+from flights with motion capture). Attitude follows its command as a second-order lag with a steady
+gain of 1, since the integral part of the firmware's attitude PID removes the fit's gain error.
+Yaw is counter-clockwise, pitch is positive nose up. z is 0 when the body stands on the floor.
 Not modelled: ground effect, propeller wash near walls.
 """
 
@@ -43,7 +43,7 @@ _FLIP_DAMPING: Final = 10.0
 
 
 class Vehicle:
-    """Position, attitude and their rates, world frame; stepped every CONTROL_STEP_S."""
+    """Pose and velocity of the body in the world frame; stepped every CONTROL_STEP_S."""
 
     def __init__(self, x_m: float, y_m: float, yaw_rad: float, rng: np.random.Generator) -> None:
         self.x_m, self.y_m, self.z_m = x_m, y_m, 0.0
@@ -63,7 +63,7 @@ class Vehicle:
         self._gust_z = Wander(noise, GUST_Z_MPS2, GUST_TAU_S, CONTROL_STEP_S)
 
     def step(self, command: Command, yaw_error_rad: float, battery_v: float) -> None:
-        """Follow the command; yaw_error_rad is how far yaw, as estimated, is behind it."""
+        """Follow the command; yaw_error_rad is commanded minus estimated yaw."""
         if self.held:
             return
         before = self.vx_mps, self.vy_mps, self.vz_mps
@@ -89,11 +89,11 @@ class Vehicle:
         self.az_mps2 = (self.vz_mps - before[2]) / CONTROL_STEP_S
 
     def tumble(self) -> None:
-        """Lose control for good: it turns over, falls and lies on its back."""
+        """Lose control for good: the body turns over, falls and stays on its back."""
         self.tumbled = True
 
     def hold(self, x_m: float, y_m: float, z_m: float) -> None:
-        """A hand takes it, and holds it level at a place."""
+        """Hold the body level at a place, as a hand would."""
         self.held, self.on_floor = True, False
         self.x_m, self.y_m, self.z_m = x_m, y_m, z_m
         self.vx_mps = self.vy_mps = self.vz_mps = 0.0
@@ -102,13 +102,13 @@ class Vehicle:
         self.roll_rps = self.pitch_rps = self.yaw_rps = 0.0
 
     def let_go(self, z_m: float) -> None:
-        """The hand opens at this height."""
+        """Let go of the body at this height."""
         self.held = False
         self.z_m = z_m
         self.on_floor = z_m <= self.floor_m
 
     def _rests(self) -> bool:
-        """Too heavy to lift and too slow to slide; then it stands still."""
+        """Stop the body if it stands on the floor, too heavy for its lift and almost at rest."""
         slow = abs(self.vx_mps) + abs(self.vy_mps) + abs(self.vz_mps) < REST_MPS
         heavy = self.force_n < MASS_KG * GRAVITY_MPS2
         if not (self.on_floor and self.z_m == self.floor_m and heavy and slow):
@@ -155,7 +155,7 @@ class Vehicle:
         self.z_m += self.vz_mps * step_s
 
     def _meet_floor(self) -> None:
-        """Stand, or bounce a little; landing on its side turns it over."""
+        """Land or bounce a little; a body that lands on its side turns over."""
         self.on_floor = True
         self.z_m = self.floor_m
         if self.vz_mps < 0.0:

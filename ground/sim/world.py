@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A world at a time: rays through it (MuJoCo), what a body in it touches, how far surfaces are.
+"""A world at one time: ray casts (MuJoCo), what a body in it touches, distances to surfaces.
 
-World frame: as the file has it. Map frame: origin and x axis are the start pose, as the drone's.
+World frame: that of the world file. Map frame: its origin and x axis are the drone's start pose.
 """
 
 import math
@@ -21,14 +21,14 @@ FLOOR_REFLECTIVITY: Final = 0.6
 FLIGHT_HEIGHT_M: Final = 0.5
 _PARKED_M: Final = -100.0
 _STEP_UP_M: Final = 0.02
-"""A body this little below an edge still comes to stand on it."""
+"""A body up to this much below an edge is lifted onto it."""
 
 Number = TypeVar("Number", float, Array)
 
 
 @dataclass(frozen=True, slots=True)
 class Rays:
-    """Result of a cast, one entry a ray; distance_m is inf where nothing was met."""
+    """Result of a cast, one entry per ray; distance_m is inf without a hit."""
 
     distance_m: Array
     cos_incidence: Array
@@ -37,7 +37,7 @@ class Rays:
 
 @dataclass(frozen=True, slots=True)
 class Touch:
-    """The body overlaps an obstacle by depth_m; normal points from the obstacle to the body."""
+    """An overlap of body and obstacle by depth_m; the normal points from obstacle to body."""
 
     row: int
     name: str
@@ -48,7 +48,7 @@ class Touch:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What is around a body: the ground under it, what it touches, and how far this stays true."""
+    """What is around a body, and how far it can move before that may change (slack_m)."""
 
     floor_m: float
     touches: tuple[Touch, ...]
@@ -56,7 +56,7 @@ class Surroundings:
 
 
 class World:
-    """One world; not shared between plants, since its obstacles move with its time."""
+    """One world; belongs to one plant, since its obstacles move with that plant's time."""
 
     def __init__(self, spec: WorldSpec) -> None:
         self.footprints = Footprints(spec.obstacles)
@@ -75,11 +75,11 @@ class World:
         mujoco.mj_kinematics(self._model, self._data)
 
     def put(self, added: tuple[Obstacle, ...]) -> None:
-        """Let more stand there from now on, after all others."""
+        """Add obstacles from now on, after all others."""
         self._refurnish((*self.spec.obstacles, *added))
 
     def take_away(self, gone: tuple[Obstacle, ...], time_s: float) -> None:
-        """Undo what put() did with these."""
+        """Remove obstacles that put() has added."""
         self._refurnish(
             tuple(replace(o, vanishes_s=time_s) if o in gone else o for o in self.spec.obstacles)
         )
@@ -89,7 +89,7 @@ class World:
         self._furnish(replace(self.spec, obstacles=obstacles))
 
     def set_time(self, time_s: float, drone_m: Point | None = None) -> None:
-        """Move what moves; what is absent is parked far below the floor."""
+        """Move obstacles to where they are at this time; absent ones are parked below the floor."""
         places = self.footprints
         rows = places.move_to(time_s, drone_m)
         for row in rows:
@@ -99,7 +99,7 @@ class World:
             mujoco.mj_kinematics(self._model, self._data)
 
     def cast(self, origin_m: tuple[float, float, float], directions: Array, limit_m: float) -> Rays:
-        """Cast rays from one point along unit directions (N x 3), all in one call."""
+        """Cast rays from one point along unit vectors (N x 3)."""
         count = len(directions)
         geom = np.empty(count, np.int32)
         distance = np.empty(count)
@@ -127,7 +127,7 @@ class World:
     def surroundings(
         self, x_m: float, y_m: float, z_m: float, radius_m: float, height_m: float
     ) -> Surroundings:
-        """Look around an upright cylinder that stands at x, y, z.
+        """Examine the surroundings of an upright cylinder that stands at x, y, z.
 
         As long as it and the obstacles together move less than slack_m, the floor under it stays
         the same and it touches nothing new.
@@ -148,7 +148,7 @@ class World:
         return Surroundings(floor_m, touches, float(np.min(slack, initial=np.inf)))
 
     def _touch(self, row: int, x_m: float, y_m: float, side_m: float, level_m: float) -> Touch:
-        """Push the shorter way out: sideways, or down from under it."""
+        """Choose the shorter way out of an overlap: sideways, or down from under the obstacle."""
         places = self.footprints
         vx, vy = places.velocity_mps[row]
         name = places.obstacles[row].name
@@ -158,7 +158,7 @@ class World:
         return Touch(row, name, (nx, ny, 0.0), side_m, (float(vx), float(vy)))
 
     def floor_quality(self, x_m: float, y_m: float) -> float:
-        """How much texture the flow sensor sees there, 0 none, 1 plenty."""
+        """Texture of the floor there for the flow sensor, from 0 (none) to 1 (plenty)."""
         for patch in self.spec.patches:
             (x0, y0), (x1, y1) = patch.low_m, patch.high_m
             if x0 <= x_m <= x1 and y0 <= y_m <= y1:
@@ -170,25 +170,25 @@ class World:
         return self.footprints.surface_distance_m(np.asarray(points_m, float), height_m)
 
     def to_map(self, x_m: Number, y_m: Number) -> tuple[Number, Number]:
-        """From the world frame to the map frame; floats or arrays."""
+        """Convert from the world frame to the map frame; floats or arrays."""
         dx, dy = x_m - self.spec.start_m[0], y_m - self.spec.start_m[1]
         c, s = self._cos_start, self._sin_start
         return c * dx + s * dy, c * dy - s * dx
 
     def to_world(self, x_m: Number, y_m: Number) -> tuple[Number, Number]:
-        """From the map frame to the world frame; floats or arrays."""
+        """Convert from the map frame to the world frame; floats or arrays."""
         c, s = self._cos_start, self._sin_start
         x0, y0 = self.spec.start_m
         return x0 + c * x_m - s * y_m, y0 + s * x_m + c * y_m
 
 
 def load_world(name_or_path: str | Path) -> World:
-    """Load worlds/NAME.toml or a file; a WorldError says what is wrong with it."""
+    """Load worlds/NAME.toml or a file; raise WorldError if something is wrong with it."""
     return World(read_world(name_or_path))
 
 
 def _build(obstacles: tuple[Obstacle, ...]) -> tuple[Any, NDArray[np.int32]]:
-    """Geometry for MuJoCo, a geom for each row, named by it; and the mocap index of each row."""
+    """Build the MuJoCo model, a geom named by its row per obstacle, and each row's mocap index."""
     spec = mujoco.MjSpec()
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
     mocap_of_row = np.full(len(obstacles), -1, np.int32)

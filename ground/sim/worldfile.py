@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""World files: what a TOML file may say, checked, as a WorldSpec.
+"""Reads world files: checks the TOML and makes a WorldSpec of it.
 
 Top-level keys: title, ceiling_m, [start], [floor] with [[floor.patch]], [[wall]], [[box]],
 [[disc]], [eeprom], [demo]. An error is a WorldError that names file, key and reason.
@@ -27,15 +27,14 @@ MAX_TIME_S: Final = 1e6
 
 
 class WorldError(BadInput):
-    """A world file is missing or says something that cannot be."""
+    """A world file is missing or invalid."""
 
-    def __init__(self, file: str, key: str, reason: str) -> None:
-        super().__init__(f"{file}: {key}: {reason}" if key else f"{file}: {reason}")
-        self.file, self.key, self.reason = file, key, reason
+    def __init__(self, file: str, key: str, reason: str, step: str = "") -> None:
+        super().__init__(f"{file}: {key}: {reason}" if key else f"{file}: {reason}", step)
 
 
 class _Table:
-    """One TOML table: typed reads that name file and key, and a last look for unknown keys."""
+    """A TOML table: typed reads whose errors name file and key, and a check for unknown keys."""
 
     def __init__(self, file: str, where: str, values: object) -> None:
         self._file, self._where = file, where
@@ -122,7 +121,7 @@ class _Table:
         return [_Table(self._file, f"{self.key(name)}[{i}]", part) for i, part in enumerate(value)]
 
     def rest(self) -> dict[str, float]:
-        """All that is left, as numbers."""
+        """Everything that has not been read yet, as numbers."""
         return {name: self.number(name, low=-1e9, high=1e9) for name in list(self._values)}
 
     def done(self) -> None:
@@ -139,7 +138,10 @@ def read_world(name_or_path: str | Path) -> WorldSpec:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         known = ", ".join(sorted(file.stem for file in WORLDS_DIR.glob("*.toml")))
-        raise WorldError(path.name, "", f"cannot be read; worlds are: {known}") from error
+        step = f"worlds are {known}; or name a file that ends in .toml"
+        missing = isinstance(error, FileNotFoundError)
+        reason = "there is no such world" if missing else f"cannot be read: {error.strerror}"
+        raise WorldError(str(name_or_path), "", reason, step) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise WorldError(path.name, "", f"is not TOML: {error}") from error
     return _world(path, _Table(path.name, "", values))
@@ -268,7 +270,7 @@ def _trigger(motion: _Table) -> Trigger:
 
 
 def _ceiling(top: _Table) -> list[Obstacle]:
-    """A lid over everything, if the world has a ceiling."""
+    """A slab over everything, if the world has a ceiling."""
     if not top.has("ceiling_m"):
         return []
     bottom_m = top.length("ceiling_m")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a world is made of: plain frozen data, world frame, metres, seconds, radians."""
+"""What a world consists of: plain frozen data in the world frame; metres, seconds, radians."""
 
 import math
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ Point: TypeAlias = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Trigger:
-    """Something happens once the drone has come within radius_m of a place."""
+    """A condition that is met once the drone has come within radius_m of a place."""
 
     center_m: Point
     radius_m: float
@@ -21,9 +21,9 @@ class Trigger:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """A way along points, from the obstacle's own place, at one speed, once or round and round.
+    """A path through points from the obstacle's own place, at one speed, once or in a loop.
 
-    It begins at start_s, or that long after its trigger, and rests for pause_s at every point.
+    It begins at start_s, or start_s after its trigger, and pauses for pause_s at every point.
     """
 
     path_m: tuple[Point, ...]
@@ -52,7 +52,7 @@ class Obstacle:
 
     @property
     def changes(self) -> bool:
-        """True unless it stands where it is for ever."""
+        """Whether it ever moves, appears or vanishes."""
         return self.motion is not None or self.appears_s > 0 or math.isfinite(self.vanishes_s)
 
 
@@ -67,7 +67,7 @@ class Patch:
 
 @dataclass(frozen=True, slots=True)
 class WorldSpec:
-    """All that a world file says."""
+    """Everything that a world file says."""
 
     name: str
     title: str

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A WorldSpec as a world file: what worldfile reads, it reads back as the same world."""
+"""Writes a WorldSpec as a world file, which worldfile.py reads back as the same world."""
 
 from __future__ import annotations
 

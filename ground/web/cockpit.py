@@ -15,12 +15,12 @@ from typing import Protocol
 
 from ground.core import MissionCmd
 from ground.errors import GroundError, LinkUnavailable, StopLatched
-from ground.linkrate import LinkRate
+from ground.link.rate import LinkRate
 from ground.model import Point
-from ground.station import Station
-from ground.stick import Stick
-from ground.tuning import tune
-from ground.web.sticks import Sticks
+from ground.requests import Stick
+from ground.station.station import Station
+from ground.station.tuning import tune
+from ground.web.hand import Hand
 
 log = logging.getLogger(__name__)
 
@@ -72,12 +72,12 @@ class Cockpit:
 
     def __init__(self, station: Station | None = None, dead_man_s: float = DEAD_MAN_S) -> None:
         self.station = station
-        self.trouble = "looking for the drone"
+        self.trouble: GroundError = LinkUnavailable("looking for the drone")
         """Why there is no station."""
         self.stop_latched = False
         self.timeline: Timeline | None = None
         self.rate = LinkRate()
-        self.sticks = Sticks()
+        self.sticks = Hand()
         self._dead_man_s = dead_man_s
         self._closing = False
         self._pages = 0
@@ -95,7 +95,7 @@ class Cockpit:
     def page_closed(self) -> None:
         """A page is gone; if it was the last one and pages were steering, the drone will hold."""
         self._pages -= 1
-        if self._pages == 0 and self._steered:
+        if self._pages == 0 and self._steered and not self._closing:
             self._dead_man = asyncio.create_task(self._hold_soon())
 
     async def command(self, name: str, goal: Point | None = None) -> None:
@@ -157,11 +157,13 @@ class Cockpit:
         self.stop_latched = False
 
     async def close(self) -> None:
-        """Before the link is closed: let a stop that was pressed get through."""
+        """Before the link is closed: let a stop that was pressed get through, end all else."""
         self._closing = True
         self.sticks.close()
+        await self.sticks.closed()
         if self._dead_man:
             self._dead_man.cancel()
+            await asyncio.wait([self._dead_man])
         if self._stopping:
             await self._stopping
 

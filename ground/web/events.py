@@ -6,12 +6,10 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from ground.core import EventCode, MissionState
+from ground.link.wire import SEQUENCES
 from ground.model import Event
 from ground.web.cockpit import Cockpit
-from ground.words import EXPLORED, EXPLORED_PARTLY, REASON_WORDS, STATE_WORDS
-
-NUMBERS = 1 << 16
+from ground.words import event_words
 
 
 def events_version(cockpit: Cockpit) -> object:
@@ -26,29 +24,10 @@ def events_frame(cockpit: Cockpit) -> str:
     """JSON of the log, the newest first, and how many of it were never heard or are left out."""
     events = cockpit.station.picture.events if cockpit.station else ()
     rows = [_row(event) for event in reversed(events)]
-    missing = (rows[0]["n"] + 1 - len(rows)) % NUMBERS if rows else 0
+    missing = (rows[0]["n"] + 1 - len(rows)) % SEQUENCES if rows else 0
     return json.dumps({"kind": "events", "rows": rows, "missing": missing}, allow_nan=False)
 
 
 def _row(event: Event) -> dict[str, Any]:
-    words, level = "", "info"
-    match event.code:
-        case EventCode.STATE:
-            words = STATE_WORDS[MissionState(event.argument)]
-        case EventCode.REFUSED:
-            words, level = f"refused: {REASON_WORDS[event.reason]}", "warning"
-        case EventCode.FAULT:
-            words, level = REASON_WORDS[event.reason], "error"
-        case EventCode.ARRIVED:
-            words, level = "arrived", "good"
-        case EventCode.EXPLORED:
-            words, level = EXPLORED, "good"
-            if event.argument:
-                words, level = EXPLORED_PARTLY, "warning"
-        case EventCode.WAYPOINT:
-            words = f"at way point {event.argument + 1}"
-        case EventCode.SKIPPED:
-            words, level = f"way point left out: {REASON_WORDS[event.reason]}", "warning"
-        case EventCode.FOUND:
-            words, level = "it knows again where it is in its map", "good"
+    words, level = event_words(event)
     return {"n": event.sequence, "t": event.drone_ms / 1000, "words": words, "level": level}

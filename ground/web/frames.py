@@ -12,10 +12,12 @@ from typing import Any
 
 from ground.core import MissionState, SelfTest
 from ground.model import LinkState, Point
-from ground.picture import Picture
+from ground.nextsteps import after, next_step
+from ground.station.picture import Picture
+from ground.station.trail import Trail
 from ground.web.cockpit import Cockpit
 from ground.web.fleet import COLOURS, Fleet
-from ground.web.parameters import area_of
+from ground.web.parameters import alone, area_of
 from ground.web.status import status
 from ground.words import REASON_WORDS, SELF_TEST_WORDS, SOURCE_WORDS, STATE_WORDS
 
@@ -23,16 +25,20 @@ MAP_HEADER = struct.Struct("<IHHfff")  # revision, side, reserved, cell, origin 
 
 
 TrailMark = tuple[int, int]
-NO_TRAIL: TrailMark = (0, 0)
+Sent = tuple[TrailMark, TrailMark]
+"""So much a page has of the drone's trail, and of its odometry's."""
+NOTHING: Sent = ((0, 0), (0, 0))
+STILL = (MissionState.HOVER, MissionState.LAND)  # its last goal is no goal any more
 
 
 def state_frame(
-    cockpit: Cockpit, mark: TrailMark, fleet: Sequence[dict[str, Any]] = ()
-) -> tuple[str, TrailMark]:
-    """JSON of the whole state, with what of the trail is new or has moved. @return the next mark"""
+    cockpit: Cockpit, sent: Sent, fleet: Sequence[dict[str, Any]] = ()
+) -> tuple[str, Sent]:
+    """JSON of the whole state, with what of the trails is new or has moved. @return what is sent"""
     station = cockpit.station
     picture = station.picture if station else Picture()
-    first, trail, mark = picture.trail.since(mark)
+    trail, mark = _news(picture.trail, sent[0])
+    odometry_trail, odometry_mark = _news(picture.odometry_trail, sent[1])
     frame = {
         "kind": "state",
         "fleet": fleet,
@@ -40,22 +46,22 @@ def state_frame(
         "link": _link(cockpit),
         "mission": _mission(picture),
         "drone": _drone(picture),
-        "route": [_xy(point) for point in picture.route if picture.state.airborne],
-        "trail": [_xy(point) for point in trail],
-        "trail_from": first,
+        "route": [_xy(point) for point in picture.route] if _under_way(picture) else [],
+        "trail": trail,
+        "odometry_trail": odometry_trail,
         "map": {
-            "known_cells": picture.map.known_cells,
             "complete": round(picture.map.completeness, 3),
             "rate_hz": round(picture.map.rate_hz, 1),
             "ages_s": _ages(picture),
         },
+        "alone": alone(picture.parameters),
         "area": area_of(picture.parameters),
         "odometry": _odometry(picture),
         "status": status(cockpit, picture),
         "can": _permitted(cockpit, picture),
         "replay": _replay(cockpit),
     }
-    return json.dumps(frame, allow_nan=False), mark
+    return json.dumps(frame, allow_nan=False), (mark, odometry_mark)
 
 
 def fleet_rows(fleet: Fleet, chosen: int) -> list[dict[str, Any]]:
@@ -71,7 +77,7 @@ def _member(fleet: Fleet, chosen: int, number: int) -> dict[str, Any]:
         "colour": COLOURS[number % len(COLOURS)],
         "chosen": number == chosen,
         "link": _link(member.cockpit)["state"],
-        "words": _mission(station.picture)["words"] if station else member.cockpit.trouble,
+        "words": _mission(station.picture)["words"] if station else str(member.cockpit.trouble),
         "pose": pose and [_round(v) for v in (pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)],
     }
 
@@ -96,25 +102,40 @@ def _ages(picture: Picture) -> list[int]:
     return [int(age_s) if math.isfinite(age_s) else -1 for age_s in ages_s]
 
 
+def _news(trail: Trail, mark: TrailMark) -> tuple[dict[str, Any], TrailMark]:
+    """The points from that number on are these."""
+    first, points, mark = trail.since(mark)
+    return {"from": first, "points": [_xy(point) for point in points]}, mark
+
+
+def _under_way(picture: Picture) -> bool:
+    return picture.state.airborne and picture.state not in STILL
+
+
 def _locked(picture: Picture) -> bool:
     return picture.health is not None and picture.health.locked
 
 
 def _link(cockpit: Cockpit) -> dict[str, Any]:
+    """How it is; what is wrong with it, and what comes next."""
     if cockpit.station is None:
-        return {"state": LinkState.CLOSED.value, "detail": cockpit.trouble}
-    link = cockpit.station.picture.link
-    return {"state": link.state.value, "detail": link.detail}
+        trouble = cockpit.trouble
+        state, detail, step = LinkState.CLOSED, str(trouble), next_step(trouble)
+    else:
+        link = cockpit.station.picture.link
+        state, detail, step = link.state, link.detail, ""
+    return {"state": state.value, "detail": detail, "step": step}
 
 
 def _mission(picture: Picture) -> dict[str, Any]:
     telemetry = picture.telemetry
     if telemetry is None:
-        return {"state": "", "words": "no data yet", "fault": ""}
+        return {"state": "", "words": "no data yet", "fault": "", "step": ""}
     return {
         "state": telemetry.state.name,
         "words": STATE_WORDS[telemetry.state],
         "fault": REASON_WORDS[telemetry.fault] if telemetry.fault else "",
+        "step": after(telemetry.fault),
     }
 
 
@@ -123,14 +144,14 @@ def _drone(picture: Picture) -> dict[str, Any]:
     if (telemetry := picture.telemetry) is not None:
         pose = telemetry.pose
         drone["pose"] = [_round(v) for v in (pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)]
-        drone["goal"] = _xy(telemetry.goal) if telemetry.state.airborne else None
+        drone["goal"] = _xy(telemetry.goal) if _under_way(picture) else None
     if (ranges := picture.ranges) is not None:
         drone["ranges"] = [ranges.front_m, ranges.left_m, ranges.back_m, ranges.right_m]
     if picture.source is not None:
         drone["source"] = SOURCE_WORDS[picture.source]
     if (health := picture.health) is not None:
         drone["battery_v"] = _round(health.battery_v)
-        drone["path_m"] = _round(health.path_m) if picture.state.airborne else 0.0
+        drone["path_m"] = _round(health.path_m) if _under_way(picture) else None
         drone["self_test"] = {
             "state": health.self_test.name,
             "words": SELF_TEST_WORDS[health.self_test],

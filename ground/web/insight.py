@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ground.core import CData, MissionCmd, MissionReason, MissionState, ffi, lib
 from ground.coregrid import lay_out
 from ground.model import Health, Point, Pose
-from ground.picture import Picture
+from ground.station.picture import Picture
 from ground.words import REASON_WORDS
 
 STEPS_MAX = 20_000  # of the planner; a search ends long before

@@ -17,12 +17,13 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ground.errors import GroundError
-from ground.web.asking import Asking
+from ground.nextsteps import next_step
 from ground.web.cockpit import Cockpit
 from ground.web.events import events_frame, events_version
 from ground.web.fleet import Fleet
-from ground.web.frames import NO_TRAIL, fleet_rows, map_frame, state_frame
-from ground.web.pace import Pace
+from ground.web.flow import Allowance, Unread
+from ground.web.frames import NOTHING, fleet_rows, map_frame, state_frame
+from ground.web.overlays import Overlays
 from ground.web.parameters import parameters_frame, parameters_version
 from ground.web.wishes import perform, stick_of, wind
 
@@ -35,25 +36,6 @@ COMPLAINTS_PER_S = 0.5
 COMMANDS_AT_ONCE = 8  # of one page, not answered yet
 
 
-class Rate:
-    """A bucket that fills again with time: what is in it may be spent at once."""
-
-    def __init__(
-        self, now_s: float, per_s: float = WISHES_PER_S, at_once: float = WISHES_AT_ONCE
-    ) -> None:
-        self._left, self._then_s = at_once, now_s
-        self._per_s, self._at_once = per_s, at_once
-
-    def allows(self, now_s: float) -> bool:
-        """Whether one more is not too many; it counts then."""
-        filled = self._left + (now_s - self._then_s) * self._per_s
-        self._left, self._then_s = min(filled, self._at_once), now_s
-        if self._left < 1.0:
-            return False
-        self._left -= 1.0
-        return True
-
-
 class Page:
     """One connected page: reads wishes, sends frames of the drone that it has chosen."""
 
@@ -61,12 +43,12 @@ class Page:
         self._socket = socket
         self._fleet = fleet
         self._chosen = 0
-        self._rate = Rate(time.monotonic())
-        self._sticks = Rate(time.monotonic(), STICKS_PER_S, STICKS_PER_S)
-        self._complaints = Rate(time.monotonic(), COMPLAINTS_PER_S, 1.0)
-        self._pace = Pace()
+        self._allowance = Allowance(time.monotonic(), WISHES_PER_S, WISHES_AT_ONCE)
+        self._sticks = Allowance(time.monotonic(), STICKS_PER_S, STICKS_PER_S)
+        self._complaints = Allowance(time.monotonic(), COMPLAINTS_PER_S, 1.0)
+        self._unread = Unread()
         self._commands: set[asyncio.Task[None]] = set()
-        self._asking = Asking(self._tell, lambda: self._cockpit.station)
+        self._overlays = Overlays(self._tell, lambda: self._cockpit.station)
 
     async def serve(self) -> None:
         """Until the page leaves; or until it cannot be told any more, so that it comes again."""
@@ -74,7 +56,7 @@ class Page:
         self._fleet.page_opened()
         try:
             async with asyncio.TaskGroup() as group:
-                tasks = [group.create_task(work) for work in (self._write(), self._asking.run())]
+                tasks = [group.create_task(work) for work in (self._write(), self._overlays.run())]
                 await self._read()
                 for task in tasks:
                     task.cancel()
@@ -94,21 +76,24 @@ class Page:
 
     async def _take(self, wish: dict[str, Any]) -> None:
         """A stop is never too much; of all else only so much is taken."""
-        if wish.get("do") == "stop":
-            self._fleet.stop()
-            return
-        name = wish.get("do")
-        if name == "taken":
-            self._pace.taken()
-            return
-        if self._asking.take(wish):
-            return
-        if name == "manual":
-            await self._steer(wish)
-            return
-        if not self._rate.allows(time.monotonic()) or len(self._commands) >= COMMANDS_AT_ONCE:
-            await self._answer(str(name), "too much at once")
-            return
+        match wish.get("do"):
+            case "stop":
+                self._fleet.stop()
+            case "taken":
+                self._unread.taken()
+            case "manual":
+                await self._steer(wish)
+            case name:
+                if self._overlays.take(wish):
+                    return
+                free = len(self._commands) < COMMANDS_AT_ONCE
+                if self._allowance.allows(time.monotonic()) and free:
+                    self._do(wish)
+                else:
+                    await self._answer(str(name), GroundError("too much at once"))
+
+    def _do(self, wish: dict[str, Any]) -> None:
+        """At once, or as a command that is answered; nonsense is not."""
         match wish:
             case {"do": "play" | "pause" | "seek"} if self._cockpit.timeline:
                 wind(self._cockpit.timeline, wish)
@@ -132,19 +117,20 @@ class Page:
             self._cockpit.steer(self, stick_of(wish))
         except GroundError as error:
             if self._complaints.allows(now_s):
-                await self._answer("manual", str(error))
+                await self._answer("manual", error)
 
     async def _perform(self, name: str, wish: dict[str, Any]) -> None:
-        words = ""
+        refusal: GroundError | None = None
         try:
             await perform(self._cockpit, wish)
         except GroundError as error:
-            words = str(error)
-        await self._answer(name, words, wish.get("name"))
+            refusal = error
+        await self._answer(name, refusal, wish.get("name"))
 
-    async def _answer(self, name: str, words: str, of: object = None) -> None:
+    async def _answer(self, name: str, refusal: GroundError | None, of: object = None) -> None:
         """Refused with words, or done; of a parameter with its name."""
-        answer = {"kind": "answer", "do": name, "ok": not words, "words": words}
+        words, step = (str(refusal), next_step(refusal)) if refusal else ("", "")
+        answer = {"kind": "answer", "do": name, "ok": not words, "words": words, "step": step}
         if isinstance(of, str):
             answer["name"] = of
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
@@ -159,12 +145,12 @@ class Page:
 
     async def _write(self) -> None:
         """A slow page gets fewer frames, never old ones."""
-        mark, sent, said, chosen = NO_TRAIL, None, Said(), self._chosen
+        mark, sent, said, chosen = NOTHING, None, Said(), self._chosen
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):
             for turn in itertools.count():
-                await self._pace.send_next()
+                await self._unread.send_next()
                 if chosen != self._chosen:
-                    mark, sent, said, chosen = NO_TRAIL, None, Said(), self._chosen
+                    mark, sent, said, chosen = NOTHING, None, Said(), self._chosen
                 others = fleet_rows(self._fleet, chosen)
                 text, mark = state_frame(self._cockpit, mark, others)
                 await self._socket.send_text(text)

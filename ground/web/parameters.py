@@ -42,6 +42,14 @@ def area_of(values: Mapping[str, float]) -> list[float] | None:
     return [values[name] for name in AREA] if all(name in values for name in AREA) else None
 
 
+def alone(values: Mapping[str, float]) -> str:
+    """What the drone does when it hears nobody, as far as it is known."""
+    if not {"way.lost", "way.lostTime"} <= values.keys():
+        return ""
+    what = parameters()["lost"].choices[int(values["way.lost"])]
+    return f"after {values['way.lostTime']:g} s without a ground station it will {what}"
+
+
 def _row(group: str, variable: Variable, known: Mapping[str, float]) -> dict[str, Any]:
     return {
         "group": group,

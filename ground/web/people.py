@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Who moves about just now: echoes where the map knows nothing but free space, as the drone judges
-them (grid_judge)."""
+them (grid_classify_echo)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from ground.core import GRID_SIDE_CELLS, CellState, MissionState, Source, ffi, lib
 from ground.coregrid import lay_out
-from ground.map import GroundMap
+from ground.map.groundmap import GroundMap
 from ground.model import Odometry, Point, Pose, Ranges
-from ground.picture import Picture
+from ground.station.picture import Picture
 
 REACH_CELLS = 5  # with a wall so near, an echo is no surprise
 LASTING_S = 10.0  # what came where it was free, and stays for longer, is no person
@@ -62,7 +62,7 @@ class People:
 
     def _is_strange(self, end: Point) -> bool:
         place = ffi.new("vec2_t *", (end.x_m, end.y_m))[0]
-        return bool(lib.grid_judge(self._grid, place, REACH_CELLS) == lib.GRID_ECHO_STRANGE)
+        return bool(lib.grid_classify_echo(self._grid, place, REACH_CELLS) == lib.GRID_ECHO_STRANGE)
 
 
 def _believed(picture: Picture) -> bool:

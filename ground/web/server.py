@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The server of the page: static files, and one WebSocket a page.
 
-Binds this machine only, unless told otherwise; guard.py says who may come in. What a page sends is
+Binds this machine only, unless told otherwise; access.py says who may come in. What a page sends is
 bounded in size. A stop may also come as a plain request, beside the WebSocket.
 """
 
@@ -24,8 +24,8 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket
 
 from ground.errors import GroundError
+from ground.web.access import LOCAL, Access, is_local
 from ground.web.fleet import Fleet
-from ground.web.guard import LOCAL, Guard, is_local
 from ground.web.page import Page
 
 STATIC = Path(__file__).with_name("static")
@@ -50,7 +50,7 @@ def make_app(fleet: Fleet, token: str | None = None) -> Starlette:
             pages.discard(websocket)
 
     async def stop(request: Request) -> Response:
-        """For a page whose WebSocket is down. Guard has refused foreign ones."""
+        """For a page whose WebSocket is down. Access has refused foreign ones."""
         fleet.stop()
         return Response(status_code=204)
 
@@ -60,7 +60,7 @@ def make_app(fleet: Fleet, token: str | None = None) -> Starlette:
             WebSocketRoute("/socket", serve_page),
             Mount("/", StaticFiles(directory=STATIC, html=True)),
         ],
-        middleware=[Middleware(Guard, token=token)],
+        middleware=[Middleware(Access, token=token)],
     )
 
 

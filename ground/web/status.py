@@ -7,7 +7,7 @@ import math
 import time
 from typing import Any
 
-from ground.picture import Picture
+from ground.station.picture import Picture
 from ground.web.cockpit import Cockpit
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from ground.errors import GroundError
 from ground.model import Point
-from ground.stick import Stick
+from ground.requests import Stick
 from ground.web.cockpit import Cockpit, Timeline
 
 
@@ -57,11 +57,11 @@ def _goal(wish: dict[str, Any]) -> Point | None:
 
 def _points(given: object) -> list[Point]:
     if not isinstance(given, list):
-        raise GroundError("way points are pairs of numbers")
+        raise GroundError("waypoints are pairs of numbers")
     points = []
     for pair in given:
         if not (isinstance(pair, list) and len(pair) == 2):
-            raise GroundError("way points are pairs of numbers")
+            raise GroundError("waypoints are pairs of numbers")
         points.append(Point(_number(pair[0], "x"), _number(pair[1], "y")))
     return points
 

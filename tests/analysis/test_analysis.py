@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""No program that reads C has anything to say about core, app and host; and each would."""
+"""Each static analyser of `make analyse` reports a planted fault; CI runs them on the C code."""
 
 import subprocess
 from pathlib import Path
@@ -21,12 +21,6 @@ COMMANDS = {
     "clang-tidy": ["clang-tidy", "--quiet", f"--config-file={ROOT / '.clang-tidy'}"],
     "cppcheck": [*CPPCHECK],
 }
-
-
-@pytest.mark.parametrize("name", READERS)
-def test_it_has_nothing_to_say(name: str) -> None:
-    need(name, READERS[name].package, f"what {name} says about the C code")
-    assert READERS[name].complaints() == ""
 
 
 @pytest.mark.parametrize("name", READERS)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fly to a goal and rebuild the map: a plain cflib script that knows the documented bytes only.
+"""Fly to a goal and rebuild the map: a plain cflib script that knows only the documented bytes.
 
     python cflib_script.py udp://127.0.0.1:19850 1.5 0.8
 
@@ -30,7 +30,7 @@ Taker = Callable[[int, dict, LogConfig], None]
 
 
 class Bits:
-    """The payload of a piece, lowest bit first; zeros behind its end."""
+    """The payload of a map packet, lowest bit first; zeros after its end."""
 
     def __init__(self, payload: bytes) -> None:
         self.left = 8 * len(payload)
@@ -44,7 +44,7 @@ class Bits:
 
 
 def expected(cells: list[int]) -> int:
-    """The state that the cells so far let expect of the next one."""
+    """Predict the state of the next cell from the cells decoded so far."""
     at, side = len(cells), TILE_CELLS
     if at % side == 0:
         return cells[at - side] if at else 0
@@ -94,7 +94,7 @@ def decode_piece(piece: bytes) -> dict[int, list[int]]:
 
 
 class Flight:
-    """What the drone has told so far."""
+    """What the drone has reported so far."""
 
     def __init__(self, cf: Crazyflie) -> None:
         self.cf = cf
@@ -135,7 +135,7 @@ class Flight:
         self.cf.param.set_value("way.cmd", number)
 
     def go_to(self, x_m: float, y_m: float) -> None:
-        """Off to a goal, as soon as the position estimate has settled."""
+        """Send the drone to a goal, as soon as the position estimate has settled."""
         self.cf.param.set_value("way.goalX", x_m)
         self.cf.param.set_value("way.goalY", y_m)
 
@@ -156,7 +156,7 @@ class Flight:
             time.sleep(0.01)
 
     def give_up(self) -> None:
-        """Say all that could explain it."""
+        """Report everything that could explain the failure, and exit."""
         held = {name: self.cf.param.get_value(f"way.{name}") for name in ("cmd", "goalX", "goalY")}
         sys.exit(
             f"gave up: {self.status} heard {time.monotonic() - self.heard_s:.1f} s ago, "

@@ -6,5 +6,5 @@ from tests.app.drone import Drone
 
 @pytest.fixture
 def drone() -> Drone:
-    """On the floor in the middle of the room, ready to fly."""
+    """A drone on the floor in the middle of the room, ready to fly."""
     return Drone().boot()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A firmware with just enough of a body in just enough of a room to fly the app's C code.
+"""The app's C code with a minimal body in a minimal room, enough to fly it.
 
 The body does at once what the setpoint says; the room is an empty square. Physics, sensors that err
 and the radio protocol are the simulator's.
@@ -12,10 +12,11 @@ import struct
 from collections.abc import Sequence
 
 from ground.core import MissionCmd, MissionReason, MissionState
-from ground.model import AppMessage, AppRequest
+from ground.link.wire import decode_message, encode_request
+from ground.model import AppMessage
+from ground.requests import AppRequest
 from ground.sim.firmware import Entry, Firmware
 from ground.sim.model import Readings, Setpoint
-from ground.wire import decode_message, encode_request
 
 STEP_MS = 20
 ROOM_HALF_M = 2.0
@@ -30,7 +31,7 @@ _BEARINGS = (0.0, math.pi, math.pi / 2, -math.pi / 2)
 
 
 class Drone:
-    """Names instead of numbers, and a body that follows."""
+    """The app with names instead of numbers, and a body that follows its setpoints."""
 
     def __init__(self) -> None:
         self.firmware = Firmware()
@@ -40,7 +41,7 @@ class Drone:
             range_mm=(32767,) * 5,
             battery_v=4.1,
             supervisor_info=READY,
-            var_position_m2=(1e-3, 1e-3, 1e-3),
+            var_velocity_m2ps2=(1e-3, 1e-3, 1e-3),
             motion_quality=80,
         )
         self.setpoints: list[Setpoint] = []
@@ -55,7 +56,7 @@ class Drone:
         return self
 
     def run(self, seconds: float) -> None:
-        """Let time pass; the body does what it is told."""
+        """Advance time; the body follows the setpoint at once."""
         for _ in range(round(seconds * 1000 / STEP_MS)):
             self._move()
             if self.firmware.now_ms() % 100 < STEP_MS:
@@ -65,13 +66,13 @@ class Drone:
             self.setpoints.append(self.firmware.get_setpoint())
 
     def hang(self, seconds: float, range_mm: tuple[int, int, int, int, int]) -> None:
-        """Let time pass without moving, with these ranges whatever the room."""
+        """Advance time without motion, with these ranges instead of the room's."""
         self.readings.range_mm = range_mm
         self.firmware.set_sensors(self.readings)
         self.firmware.run(round(seconds * 1000))
 
     def run_until(self, *states: MissionState, limit_s: float = 60.0) -> None:
-        """Let time pass until the mission is in one of these states."""
+        """Advance time until the mission is in one of these states."""
         end_ms = self.firmware.now_ms() + limit_s * 1000
         while self.state not in states:
             assert self.firmware.now_ms() < end_ms, f"still in {self.state.name}"
@@ -91,11 +92,11 @@ class Drone:
         return float(struct.unpack("<" + _LOG_FORMATS[kind], data)[0])
 
     def param(self, name: str) -> float:
-        """What a parameter reads."""
+        """The value of a parameter."""
         return self._unpack(name, self.firmware.param_read(self.params[name]))
 
     def default(self, name: str) -> float:
-        """What a client is told to be the default."""
+        """The default value that a client is told."""
         return self._unpack(name, self.firmware.param_default(self.params[name]))
 
     def write(self, name: str, value: float) -> int:
@@ -117,7 +118,7 @@ class Drone:
         return [names[i] for i in iter(self.firmware.take_param_update, -1)]
 
     def command(self, cmd: MissionCmd, goal: Sequence[float] = ()) -> MissionReason:
-        """Command through the parameters; the answer."""
+        """Give a command through the parameters; return the answer."""
         for name, value in zip(("way.goalX", "way.goalY"), goal, strict=False):
             self.write(name, value)
         self.write("way.cmd", cmd)
@@ -129,17 +130,17 @@ class Drone:
         assert self.firmware.appchannel_push(encode_request(request))
 
     def packets(self) -> list[bytes]:
-        """All packets that the app has sent since last asked."""
+        """All packets that the app has sent since the last call."""
         return list(iter(self.firmware.appchannel_take, b""))
 
     def messages(self) -> list[AppMessage]:
-        """The same, as the ground reads them; all of them must make sense."""
+        """The same packets as decoded messages; all of them must be valid."""
         messages = [decode_message(packet) for packet in self.packets()]
         assert None not in messages
         return [message for message in messages if message is not None]
 
     def console(self) -> str:
-        """All text since last asked."""
+        """All console text since the last call."""
         return b"".join(iter(self.firmware.console_take, b"")).decode("ascii")
 
     def _move(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A whole simulated Crazyflie without sockets, watched beside the truth."""
+"""A whole simulated Crazyflie without sockets, compared with the truth."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SPEED_MPS = 0.4
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """How far the estimate and the pose in the map are from the truth, metres and radians."""
+    """Error of the estimate and of the map pose, metres and radians."""
 
     time_s: float
     estimate_m: float
@@ -32,7 +32,7 @@ class Sample:
 
 
 class Watched(Simulator):
-    """Commands and values by name, and what is true."""
+    """A simulated drone with commands and values by name, and the truth."""
 
     def __init__(self, options: Options, world: str = "flat") -> None:
         self.firmware = Firmware()
@@ -51,7 +51,7 @@ class Watched(Simulator):
         return float(struct.unpack("<f", data)[0])
 
     def fly(self, slam: int, cmd: MissionCmd = MissionCmd.EXPLORE) -> None:
-        """Take off; without a ground that could fall silent."""
+        """Take off, without a ground station whose silence could matter."""
         self.set("way.slam", slam)
         self.set("way.speed", SPEED_MPS)
         self.set("way.lost", 0)
@@ -60,7 +60,7 @@ class Watched(Simulator):
         self.set("way.cmd", int(cmd))
 
     def until(self, end_s: float) -> Iterator[Sample]:
-        """A sample each 50 ms."""
+        """Take a sample every 50 ms until a condition holds."""
         while self.time_s < end_s:
             for _ in range(5):
                 self.step()

@@ -18,7 +18,7 @@ GOAL_M = (1.5, 0.8)
 
 @pytest.fixture(scope="module")
 def flight() -> tuple[dict, dict]:
-    """What the script printed, and what was true."""
+    """What the script printed, and the truth."""
     with SimulatorProcess("--world", "empty", "--speed", "max") as simulator:
         command = [sys.executable, str(SCRIPT), simulator.uri, *map(str, GOAL_M)]
         result = subprocess.run(command, capture_output=True, text=True, timeout=200)

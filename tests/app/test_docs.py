@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tables in DESIGN.md are of the present source, and of what a client is told."""
+"""The tables in DESIGN.md agree with the source, and with what a client is told."""
 
 import pytest
 
@@ -13,7 +13,7 @@ PARAM, LOG = 2, 5
 
 
 def test_the_tables_are_current() -> None:
-    """Else: `make docs`."""
+    """If not, `make docs` updates them."""
     text = DESIGN.read_text()
     assert renewed(text) == text
     assert renewed(text.replace("| `height` | float |", "| `height` | uint8 |")) == text

@@ -17,19 +17,9 @@ from ground.core import (
     WireType,
     lib,
 )
-from ground.model import (
-    Ack,
-    Beat,
-    Command,
-    Event,
-    Heartbeat,
-    Hello,
-    HelloRequest,
-    Point,
-    RoutePiece,
-    SnapshotRequest,
-)
-from ground.wire import encode_request
+from ground.link.wire import encode_request
+from ground.model import Ack, Beat, Event, Hello, Point, RoutePiece
+from ground.requests import Command, Heartbeat, HelloRequest, SnapshotRequest
 from tests.app.drone import Drone
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The map stream through log blocks: whole pieces, each once, whatever the client asks for."""
+"""The map stream through log blocks: whole packets, each once, whatever the client requests."""
 
 import itertools
 import math
@@ -16,9 +16,9 @@ from ground.core import (
     MissionCmd,
     MissionState,
 )
+from ground.link.wire import decode_map_piece
 from ground.model import MapPiece
 from ground.sim.firmware import BlockReader
-from ground.wire import decode_map_piece
 from tests.app.drone import UINT16, UINT32, Drone
 
 CELL_M = 0.05
@@ -28,7 +28,7 @@ NAMES = [f"m{i}" for i in range(7)]
 
 @pytest.fixture
 def mapped(drone: Drone) -> Drone:
-    """Has taken off and looked around."""
+    """A drone that has taken off and looked around."""
     drone.command(MissionCmd.SCAN if drone.state is MissionState.HOVER else MissionCmd.TAKE_OFF)
     drone.run_until(MissionState.HOVER)
     drone.command(MissionCmd.SCAN)
@@ -42,7 +42,7 @@ def block(drone: Drone, order: list[str]) -> BlockReader:
 
 
 def occupied_m(piece: MapPiece) -> list[tuple[float, float]]:
-    """Centres of the occupied cells of a piece, in the map of a new drone."""
+    """Centres of the occupied cells of a map packet, in the map of a new drone."""
     origin_m = -GRID_SIDE_CELLS / 2 * CELL_M
     row, column = divmod(piece.tile, TILES_PER_ROW)
     places = [divmod(i, TILE_SIDE_CELLS) for i, s in enumerate(piece.states) if s == OCCUPIED]
@@ -56,7 +56,7 @@ def occupied_m(piece: MapPiece) -> list[tuple[float, float]]:
 
 
 def ordered(data: bytes, order: list[str]) -> bytes:
-    """The 26 bytes of a piece from a block in any order."""
+    """The 26 bytes of a map packet from a block with its variables in any order."""
     sizes = [2 if name == "m6" else 4 for name in order]
     ends = list(itertools.accumulate(sizes))
     parts = {n: data[end - size : end] for n, end, size in zip(order, ends, sizes, strict=True)}
@@ -64,7 +64,7 @@ def ordered(data: bytes, order: list[str]) -> bytes:
 
 
 def pieces(drone: Drone, order: list[str], count: int) -> list[list[MapPiece]]:
-    """The tiles of samples at 50 Hz; all pieces must be whole."""
+    """The tiles of samples at 50 Hz; all packets must be intact."""
     reader = block(drone, order)
     found = []
     for _ in range(count):
@@ -76,7 +76,7 @@ def pieces(drone: Drone, order: list[str], count: int) -> list[list[MapPiece]]:
 
 
 def tiles(drone: Drone, count: int) -> dict[int, MapPiece]:
-    """The latest of each tile in so many samples."""
+    """The latest version of each tile in so many samples."""
     return {tile.tile: tile for piece in pieces(drone, NAMES, count) for tile in piece}
 
 
@@ -101,7 +101,7 @@ def test_all_getters_of_one_time_stamp_agree(mapped: Drone) -> None:
 def test_two_blocks_of_one_period_tell_whole_pieces_together(
     mapped: Drone, first: int, late_ms: int
 ) -> None:
-    """As cfclient's plotter does, which puts as many variables into a block as fit."""
+    """As in cfclient's plotter, which puts as many variables into a block as fit."""
     early, late = block(mapped, NAMES[:first]), block(mapped, NAMES[first:])
     numbers = set()
     for _ in range(40):
@@ -116,7 +116,7 @@ def test_two_blocks_of_one_period_tell_whole_pieces_together(
 
 
 def test_the_stream_goes_as_fast_as_it_is_asked(mapped: Drone) -> None:
-    """At the shortest period of a block, 10 ms, no piece comes twice."""
+    """At the shortest period of a block, 10 ms, no packet comes twice."""
     reader = block(mapped, NAMES)
     samples = []
     for _ in range(100):
@@ -187,8 +187,3 @@ def test_where_a_side_hangs_down_the_floor_is_no_wall(
         for tile in decode_map_piece(reader.read(drone.firmware.now_ms())):
             found[tile.tile] = any(math.dist(place, at_m) < 0.15 for place in occupied_m(tile))
     assert any(found.values()) is wall
-
-
-def test_worst_tick_is_counted_anew_by_each_sample(drone: Drone) -> None:
-    """Simulated time stands still while the app computes, so it must read zero."""
-    assert drone.log("way.tickUs") == 0

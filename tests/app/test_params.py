@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parameters are refused or taken as a whole value, and clients can see which."""
+"""Parameters are refused or accepted as a whole, and clients can see which."""
 
 import math
 import re
@@ -126,6 +126,14 @@ def test_the_flight_height_is_the_one_asked_for(drone: Drone) -> None:
     assert drone.readings.z_m == pytest.approx(0.7, abs=0.07)
 
 
+def test_a_height_that_was_refused_is_not_flown(drone: Drone) -> None:
+    drone.write("way.height", 9.0)
+    drone.run(0.1)
+    assert drone.command(MissionCmd.TAKE_OFF) is MissionReason.OK
+    drone.run_until(MissionState.HOVER)
+    assert drone.readings.z_m == pytest.approx(drone.default("way.height"), abs=0.07)
+
+
 def test_cmd_reads_zero_once_taken_and_clients_are_told(drone: Drone) -> None:
     drone.write("way.cmd", MissionCmd.TAKE_OFF)
     assert drone.param("way.cmd") == MissionCmd.TAKE_OFF
@@ -136,19 +144,21 @@ def test_cmd_reads_zero_once_taken_and_clients_are_told(drone: Drone) -> None:
 
 
 @pytest.mark.parametrize(
-    ("cmd", "reason"),
+    ("cmd", "reason", "words"),
     [
-        (99, MissionReason.UNKNOWN_COMMAND),
-        (MissionCmd.LAND, MissionReason.NOT_FLYING),
-        (MissionCmd.HOME, MissionReason.NOT_FLYING),
+        (99, MissionReason.UNKNOWN_COMMAND, "unknown command"),
+        (MissionCmd.LAND, MissionReason.NOT_FLYING, "only while flying"),
+        (MissionCmd.HOME, MissionReason.NOT_FLYING, "only while flying"),
     ],
 )
-def test_a_refused_command_says_why(drone: Drone, cmd: int, reason: MissionReason) -> None:
+def test_a_refused_command_says_why(
+    drone: Drone, cmd: int, reason: MissionReason, words: str
+) -> None:
     drone.write("way.cmd", cmd)
     drone.run(0.1)
     assert drone.refused is reason
     assert drone.param("way.cmd") == 0
-    assert f"command {int(cmd)} refused" in drone.console()
+    assert f"command {int(cmd)} refused: {words}\n" in drone.console()
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who tells the estimator where the drone is: SLAM, Lighthouse, Loco, a client, or nobody."""
+"""What gives the estimator the position: SLAM, Lighthouse, Loco, a client, or nothing."""
 
 import statistics
 import threading
@@ -28,7 +28,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptio
 
 
 def explore(slam: int, end_s: float, **options: object) -> tuple[Watched, list[Sample]]:
-    """One flight; the take-off is left out."""
+    """The samples of one flight, without the take-off."""
     sim = Watched(Options(**options))  # type: ignore[arg-type]
     sim.fly(slam)
     return sim, [seen for seen in sim.until(end_s) if seen.time_s > 6.0]
@@ -39,7 +39,7 @@ def median_m(values: Iterable[float]) -> float:
 
 
 def jumps_m(flight: list[Sample]) -> list[float]:
-    """How far the pose in the map went between two samples."""
+    """How far the map pose moved between two samples."""
     return [abs(after.pose - before.pose) for before, after in pairwise(flight)]
 
 
@@ -55,7 +55,7 @@ def test_slam_keeps_the_estimate_where_odometry_loses_it() -> None:
 
 
 def test_the_estimate_follows_the_map_and_does_not_swing() -> None:
-    """It is pulled by little at a time and never beyond the map's pose."""
+    """It is corrected in small steps and never beyond the map pose."""
     sim = Watched(Options(profile="hard", seed=4))
     sim.fly(SLAM_ESTIMATOR)
     apart_m, before = [], None
@@ -70,7 +70,7 @@ def test_the_estimate_follows_the_map_and_does_not_swing() -> None:
 
 
 def test_the_map_is_as_good_when_the_estimator_is_fed() -> None:
-    """What the estimator takes is not counted as motion."""
+    """Corrections of the estimator are not counted as motion."""
     errors = {
         slam: [
             median_m(seen.pose_m for seen in explore(slam, 90.0, profile="real", seed=seed)[1])
@@ -83,7 +83,7 @@ def test_the_map_is_as_good_when_the_estimator_is_fed() -> None:
 
 
 def test_the_way_may_change_in_flight() -> None:
-    """Neither the drone nor its pose in the map jumps, from whatever to whatever."""
+    """Neither the drone nor its map pose jumps, whatever the change."""
     sim = Watched(Options(profile="hard", seed=2))
     sim.fly(ODOMETRY)
     flight: list[Sample] = []
@@ -147,7 +147,7 @@ def test_without_slam_a_shadow_is_drift() -> None:
 
 
 def test_turned_on_the_ground_the_estimate_creeps_but_not_the_pose() -> None:
-    """The firmware turns its yaw back to where it began, while the drone stands."""
+    """The firmware turns its yaw estimate back to the initial value while the drone stands."""
     sim = Watched(Options(profile="perfect"))
     sim.fly(SLAM, MissionCmd.SCAN)
     sim.set("way.cmd", int(MissionCmd.TAKE_OFF))

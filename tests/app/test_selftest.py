@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A client asks the drone whether it computes what a PC does."""
+"""A client asks the drone whether it computes the same as a PC."""
 
 from pathlib import Path
 
 from ground.core import MissionCmd, MissionReason, MissionState, lib
-from ground.model import Ack, Beat, Command, Heartbeat, Point
+from ground.model import Ack, Beat, Point
+from ground.requests import Command, Heartbeat
 from ground.sim.process import SimulatorProcess
 from tests.app.drone import UINT8, UINT32, Drone
 from tests.sim.crtp_client import connect, samples
@@ -72,6 +73,19 @@ def test_commands_are_refused_meanwhile_with_the_reason(drone: Drone) -> None:
     assert drone.messages() == [Ack(9, MissionCmd.GOTO, MissionReason.SELF_TEST)]
     drone.run(LONGEST_S)
     assert (state(drone), drone.state) == (AGREES, MissionState.IDLE)
+
+
+def test_the_estimator_is_watched_meanwhile(drone: Drone) -> None:
+    quiet = drone.readings.var_velocity_m2ps2
+    drone.write("way.selftest", 1)
+    drone.readings.var_velocity_m2ps2 = (1.0, 1.0, 1.0)
+    drone.run(1.5)
+    drone.readings.var_velocity_m2ps2 = quiet
+    while state(drone) == RUNNING:
+        drone.run(0.02)
+    assert drone.command(MissionCmd.TAKE_OFF) is MissionReason.ESTIMATOR
+    drone.run(1.0)
+    assert drone.command(MissionCmd.TAKE_OFF) is MissionReason.OK
 
 
 def test_afterwards_it_flies_with_the_values_it_had(drone: Drone) -> None:

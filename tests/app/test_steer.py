@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Flying by hand through the app: packets, refusals and the drone's own dead-man."""
+"""Flying by hand through the app: packets, refusals and the drone's own dead-man timer."""
 
 import itertools
 import math
@@ -8,7 +8,7 @@ import pytest
 
 from ground.core import MissionCmd, MissionReason, MissionState
 from ground.model import Ack
-from ground.stick import REST, Steer, Stick
+from ground.requests import REST, Steer, Stick
 from tests.app.drone import Drone
 
 PERIOD_S = 0.06
@@ -16,7 +16,7 @@ NUMBERS = itertools.count(1)
 
 
 def steer(drone: Drone, stick: Stick, seconds: float) -> list[Ack]:
-    """Send it as a ground station does; the answers."""
+    """Send a stick as a ground station does; return the answers."""
     drone.messages()
     for _ in range(round(seconds / PERIOD_S)):
         drone.send(Steer(next(NUMBERS), stick))

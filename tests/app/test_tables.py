@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The names that users, scripts and cfclient hold on to, and what clients are told about them."""
+"""The names that users, scripts and cfclient rely on, and what clients are told about them."""
 
 import math
 import re
@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from ground.core import ffi, lib
+from ground.core import MissionReason, ffi, lib
 from ground.sim.firmware import Firmware
 from ground.sim.model import Readings
 from tests.app.drone import FLOAT, FP16, INT8, INT16, INT32, UINT8, UINT16, UINT32, Drone
 
 APP = Path(__file__).parents[2] / "firmware_app" / "app"
 P_FLOAT, P_UINT8 = 0x06, 0x08
-EXTENDED, READ_ONLY, BY_FUNCTION = 0x10, 0x40, 0x40
+EXTENDED, BY_FUNCTION = 0x10, 0x40
 
 LOGS = {
     "state": UINT8,
@@ -162,6 +162,13 @@ def test_defaults_told_to_clients_are_those_of_the_core() -> None:
     assert core.keys() == PARAMS.keys() - {"cmd", "goalX", "goalY", "selftest"}
     assert drone.default("way.selftest") == 0
     assert {n: drone.default(f"way.{n}") for n in core} == pytest.approx(core, rel=1e-6)
+
+
+def test_every_reason_has_words_of_its_own() -> None:
+    text = (APP / "app_text.c").read_text()
+    words = dict(re.findall(r'\[MISSION_(\w+)\] = "(.+)"', text))
+    assert words.keys() == {reason.name for reason in MissionReason}
+    assert len(set(words.values())) == len(words)
 
 
 def test_nothing_is_refused_or_changed_at_start(drone: Drone) -> None:

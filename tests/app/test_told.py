@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the app tells by number and tells again, commands that come twice, and heartbeats."""
+"""Events and records that the app sends and resends by number, repeated commands, heartbeats."""
 
 import random
 
 import pytest
 
 from ground.core import MissionCmd, MissionReason, MissionState, RecordKind, WireType
-from ground.missing import Ask, AskTiles, History, Record
-from ground.model import Ack, Beat, Command, Event, Heartbeat, Hello, HelloRequest, Point
+from ground.model import Ack, Beat, Event, Hello, History, Point, Record
+from ground.requests import Ask, AskTiles, Command, Heartbeat, HelloRequest
 from ground.sim.model import Setpoint
 from tests.app.drone import Drone
 
@@ -28,7 +28,7 @@ def epoch(drone: Drone) -> int:
 def test_commands_act_once_however_often_and_late_their_packets_come(
     drone: Drone, seed: int
 ) -> None:
-    """Each command forgets the map, which counts."""
+    """Each command forgets the map, which the drone counts."""
     dice, before = random.Random(seed), epoch(drone)
     packets = [(i + dice.random() * 5, i) for i in range(30) for _ in range(4)]
     acks = []
@@ -55,7 +55,7 @@ GOALS = [(1.0, 0.5), (9.0, 0.0), (99.0, 0.0), (float("nan"), 0.0)]
 def flown(
     goal: tuple[float, float], by_packet: bool
 ) -> tuple[MissionReason, float, list[Setpoint]]:
-    """The answer, the goal as it is shown, and all setpoints from there on."""
+    """The answer, the goal as it is shown, and all setpoints from then on."""
     drone = Drone().boot()
     take_off(drone)
     drone.setpoints.clear()
@@ -139,7 +139,7 @@ def fly_without_beats(drone: Drone, seconds: float) -> MissionState:
 
 
 def test_a_ground_that_stops_beating_is_gone(drone: Drone) -> None:
-    """Although its link is there: the program behind it hangs."""
+    """Although its link is up: the program behind it hangs."""
     drone.write("way.lost", 3)
     take_off(drone)
     assert fly_without_beats(drone, 8.0) is MissionState.HOVER, "a script that never beat"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What whole flights cost on an emulated Cortex-M4F, and whether it decides as this machine does.
+"""The cost of whole flights on an emulated Cortex-M4F, and whether it decides as this machine.
 
 `wayflie bench chip`. The cycle model is described in tests/firmware/m4_decode.h and m4_cost.h.
 """
@@ -31,7 +31,7 @@ from tests.tools.objects import CHIP, compile_tree
 
 
 def fly(flights: Iterable[Flight], out: Console) -> dict[str, list[Replay]]:
-    """All flights under both sets of flags, a line for each."""
+    """Fly all flights under both sets of flags, and print a line for each."""
     done: dict[str, list[Replay]] = {flags: [] for flags in FLAG_SETS}
     for flight in flights:
         for flags, replays in done.items():
@@ -43,7 +43,7 @@ def fly(flights: Iterable[Flight], out: Console) -> dict[str, list[Replay]]:
 
 
 def report(done: dict[str, list[Replay]]) -> dict[str, Any]:
-    """Everything that is measured, as JSON; costs are those of the firmware's own flags."""
+    """The report as JSON; costs are those with the firmware's own flags."""
     names = {"tick": TICK} | STAGES
     runs = {flags: [replayed.run for replayed in replays] for flags, replays in done.items()}
     stages = flag_figures(runs, names)

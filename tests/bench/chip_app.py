@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The app on the chip, for `wayflie bench chip`: its task's periods, its stack, its words."""
+"""The app on the chip, for `wayflie bench chip`: periods of its task, its stack, its output."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.tools.gates import STACK_LIMIT_BYTES
 
 
 def fly(flights: Iterable[Flight], out: Console) -> dict[str, list[AppReplay]]:
-    """Those of these flights that the app flies too, under both sets of flags."""
+    """Fly those of these flights that the app flies too, under both sets of flags."""
     done: dict[str, list[AppReplay]] = {flags: [] for flags in FLAG_SETS}
     for flight in (flight for flight in flights if flight in MANY):
         for flags, replays in done.items():
@@ -31,13 +31,13 @@ def fly(flights: Iterable[Flight], out: Console) -> dict[str, list[AppReplay]]:
 
 
 def around(done: AppReplay) -> int:
-    """Most cycles that a period took beside its tick."""
+    """The most cycles that a period took besides its tick."""
     period, tick = (done.run.cycles[name].astype(np.int64) for name in (PERIOD, TICK))
     return int((period - tick)[tick > 0].max())
 
 
 def report(done: dict[str, list[AppReplay]]) -> dict[str, Any]:
-    """What is measured, as JSON; costs are those of the firmware's own flags."""
+    """The report as JSON; costs are those with the firmware's own flags."""
     names = {"period": PERIOD} | APP_STAGES
     runs = {flags: [replayed.run for replayed in replays] for flags, replays in done.items()}
     stages = flag_figures(runs, names)
@@ -62,7 +62,7 @@ def report(done: dict[str, list[AppReplay]]) -> dict[str, Any]:
 
 
 def sentence(found: dict[str, Any]) -> str:
-    """What no table has."""
+    """A sentence with what no table shows."""
     return (
         f"stack of the app's task: {found['stack_bytes']:,} bytes of {STACK_LIMIT_BYTES:,}; "
         f"beside the tick at most {found['worst_around_tick_cycles']:,} cycles"

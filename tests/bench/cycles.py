@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cycles of an emulated Cortex-M4F as figures and tables, and what they may be."""
+"""Cycles of an emulated Cortex-M4F as figures and tables, with their limits."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def columns(runs: Iterable[Run], stages: Mapping[str, str]) -> dict[str, Cycles]
 
 
 def figures(cycles: Cycles) -> dict[str, int]:
-    """Median, 99 of 100, worst; as the model says, without the factor."""
+    """Median, 99th percentile and worst case, by the model and without its safety factor."""
     if len(cycles) == 0:
         return {"ticks": 0, "median": 0, "p99": 0, "worst": 0}
     return {
@@ -53,7 +53,7 @@ def flag_figures(
 
 
 def outcome(differences: Mapping[str, str | None]) -> str:
-    """What parted under which flags, in a few words."""
+    """Which stages differed under which flags, in a few words."""
     parted = [f"{flags}: {said}" for flags, said in differences.items() if said]
     return "; ".join(parted) or "bit for bit"
 

@@ -19,7 +19,7 @@ FIGURES = ("goal_error_m", "map_error_m", "path_m", "sim_s", "realtime_factor")
 
 
 def fly(world: str, seed: int, folder: Path) -> dict[str, Any]:
-    """One demo; its figures."""
+    """Fly one demo and return its figures."""
     report = folder / f"{world}-{seed}.json"
     command = [sys.executable, "-m", "ground", "demo", "--headless", "--world", world]
     command += ["--seed", str(seed), "--json", str(report)]

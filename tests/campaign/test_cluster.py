@@ -8,7 +8,7 @@ import pytest
 from distributed import LocalCluster
 from typer.testing import CliRunner
 
-from ground.cli import app
+from ground.cli.app import app
 from ground.errors import GroundError
 from ground.sim.campaign.flights import Mission, row_of
 from ground.sim.campaign.rows import Row

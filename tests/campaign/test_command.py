@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`wayflie campaign` as a whole: figures, rows, replay by seed, going on after an interruption."""
+"""`wayflie campaign` as a whole: figures, rows, replay by seed, resuming after an interruption."""
 
 import csv
 import json
@@ -13,9 +13,9 @@ from typing import get_args
 import pytest
 from typer.testing import CliRunner
 
-from ground.cli import app
-from ground.cli_campaign import Kind
-from ground.cli_parts import EXIT_INTERRUPTED
+from ground.cli.app import app
+from ground.cli.campaign import Kind
+from ground.cli.parts import EXIT_INTERRUPTED
 from ground.sim.campaign.figures import checks, figures
 from ground.sim.campaign.flights import Mission, kinds, row_of
 from ground.sim.campaign.rows import RowFile
@@ -34,7 +34,7 @@ def run(*arguments: str) -> tuple[int, str]:
 
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with all that a small campaign leaves."""
+    """A folder with all files that a small campaign writes."""
     folder = tmp_path_factory.mktemp("campaign")
     code, output = run(
         *("--missions", str(MISSIONS), "--resume", str(folder / "rows.csv")),
@@ -59,7 +59,7 @@ def test_it_tells_figures_and_checks(flown: Path) -> None:
 
 
 def rows(path: Path) -> dict[str, dict[str, str]]:
-    """By number, without what depends on the machine."""
+    """The rows by number, without what depends on the machine."""
     with path.open() as file:
         found = {row["number"]: row for row in csv.DictReader(file)}
     for row in found.values():

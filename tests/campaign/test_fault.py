@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The matrix of faults and phases: all of it is flown, what follows is held to what is stated."""
+"""The matrix of faults and phases: all of it is flown, and reactions are judged by the table."""
 
 from dataclasses import replace
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds are what they claim: doors within widths, room to start, goals as reachable as said."""
+"""Drawn worlds are what they claim: door widths, room to start, reachability of goals."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +10,7 @@ import pytest
 from ground.core import GRID_SIDE_CELLS
 from ground.sim.campaign import moving
 from ground.sim.campaign.goto import BODY_M, IMPOSSIBLE, draw_task
-from ground.sim.campaign.layout import DOOR_M, Layout, Rect
+from ground.sim.campaign.layout import DOOR_M, Layout, Rect, office
 from ground.sim.campaign.scenes import CLEARANCE_M, START_GAP_M, STYLES, Scene, draw_scene
 from ground.sim.campaign.truth import STEP_M, TrueMap, flood, length_m
 from ground.sim.footprints import Footprints
@@ -26,7 +26,7 @@ def scene_of(style: str, seed: int, seal: bool = False) -> Scene:
 
 
 def bare(layout: Layout) -> TrueMap:
-    """The walls alone."""
+    """The walls of a scene alone."""
     spec = scene_of("home", 0).spec
     wall = next(o for o in spec.obstacles if o.name == "wall")
     halves = ((r.size_m[0] / 2, r.size_m[1] / 2) for r in layout.walls)
@@ -46,6 +46,13 @@ def test_sizes_doors_and_start(style: str, seed: int) -> None:
         assert not any(wall.near(door.gap, -1e-6) for wall in scene.layout.walls)
     start = np.array([scene.spec.start_m])
     assert Footprints(scene.spec.obstacles).gap_m(start, 0.03, 1.5)[0] > START_GAP_M - STEP_M
+
+
+@pytest.mark.parametrize("seed", [56, 2221, 3053])
+def test_a_narrow_office_has_rooms_on_both_sides(seed: int) -> None:
+    layout = office(np.random.default_rng(seed))
+    assert layout.outline.size_m[1] < 6.6
+    assert all(min(room.size_m) > 1.0 for room in layout.rooms)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -86,7 +93,7 @@ def test_a_shut_room_cannot_be_entered(seed: int) -> None:
 
 @pytest.mark.parametrize("what", ["reachable", *IMPOSSIBLE])
 def test_goals_are_as_reachable_as_said_by_another_search(what: str) -> None:
-    """Exact geometry over the lattice's cells, with the room that each claim is about."""
+    """Exact geometry over the lattice's cells, with the clearance that each claim is about."""
     for seed in range(6):
         task = draw_task(np.random.default_rng([5, seed]), what)
         truth, outline = task.scene.truth, task.scene.layout.outline

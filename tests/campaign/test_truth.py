@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What maps are held against the truth by: a map that is turned as a whole is laid back first."""
+"""How maps are compared with the truth: a map that is rotated as a whole is fitted first."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ground.map import GroundMap
+from ground.map.groundmap import GroundMap
 from ground.sim.campaign.explore import Coverage
 from ground.sim.campaign.flights import Mission, row_of
 from ground.sim.campaign.furniture import pole
@@ -24,7 +24,7 @@ def scene() -> Scene:
 
 @pytest.fixture(scope="module")
 def turned(scene: Scene) -> np.ndarray:
-    """The outlines of everything, as a drone that is off by 8 degrees would draw them."""
+    """The outlines of all obstacles, as a drone with a heading error of 8 degrees maps them."""
     outlines = scene.truth.points_m[np.abs(scene.truth.body_gap_m) < 0.04][::3]
     middle = outlines.mean(axis=0)
     return Overlay(np.radians(8.0), middle, np.array([0.1, -0.2])).lifted(outlines)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The station's client beside another: writes a parameter again and again, until it is ended.
+"""The station's client beside another one: writes a parameter repeatedly until it is ended.
 
     python beside.py URI
 
@@ -12,8 +12,8 @@ import signal
 import sys
 
 from ground.errors import NoAnswer
-from ground.link_radio import RadioLink
-from ground.station import station_on
+from ground.link.radio import RadioLink
+from ground.station.station import station_on
 
 PAUSE_S = 0.2
 

@@ -27,7 +27,7 @@ IDLE, HOVER = 0, 6
 
 
 def wait_for(what: str, condition: Callable[[], bool]) -> None:
-    """Let the window live until the condition holds."""
+    """Process window events until the condition holds."""
     end_s = time.monotonic() + LIMIT_S
     while not condition():
         if time.monotonic() > end_s:
@@ -77,7 +77,7 @@ class Parameters:
 
 
 def watch(window: MainUI) -> dict[str, float]:
-    """What the app says about itself, kept up to date."""
+    """Keep up to date what the app says about itself."""
     status: dict[str, float] = {}
     block = LogConfig("watch", 100)
     for name in ("way.state", "way.x", "way.y"):
@@ -90,7 +90,7 @@ def watch(window: MainUI) -> dict[str, float]:
 
 
 def connected(uri: str) -> MainUI:
-    """A window that shows the drone, all its parameters read."""
+    """A window that is connected to the drone, with all parameters read."""
     window = MainUI()
     window.show()
     wait_for("the scan finds the drone", lambda: window.interfaceCombo.currentText() == uri)
@@ -101,7 +101,7 @@ def connected(uri: str) -> MainUI:
 
 
 def drive(uri: str, goal: tuple[str, str], folder: Path) -> dict[str, object]:
-    """Connect, look, fly there, land."""
+    """Connect, look, fly to the goal, land."""
     window = connected(uri)
     parameters = Parameters(window)
     wait_for("the tree shows values", lambda: all(parameters.shown("way").values()))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keep the real cfclient connected beside another client, and use its parameters all the time.
+"""Keeps the real cfclient connected beside another client, and uses its parameters meanwhile.
 
     python stay.py URI SECONDS
 
@@ -20,7 +20,7 @@ PAUSE_MS = 1000
 
 
 def stay(uri: str, seconds: float) -> dict[str, object]:
-    """Connect, type a parameter again and again, look whether each gets through."""
+    """Connect, type a parameter repeatedly, and check that each value gets through."""
     window = connected(uri)
     parameters = Parameters(window)
     window.tab_widget.setCurrentWidget(parameters.tab)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""cfclient and the station on one drone: neither wedges the other's parameters.
+"""cfclient and the station on one drone: neither blocks the other's parameters.
 
 A third of a minute; `make test-cfclient MINUTES=10` for longer.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What must hold of the two trees in a pool, read from the struct alone."""
+"""Invariants of the two trees in a pool, checked on the struct alone."""
 
 import math
 from collections import Counter
@@ -28,7 +28,7 @@ Forest = dict[int, Node]
 
 
 def follow(first: int, after: list[int]) -> list[int]:
-    """A list that is linked by `after`."""
+    """The members of a list that is linked by `after`."""
     found, i = [], first
     while i != NONE:
         found.append(i)
@@ -42,7 +42,7 @@ def bucket_of(at: Steps) -> int:
 
 
 def checked(tree: CData) -> Forest:
-    """The live nodes, once all that must hold of them and of the links between them was seen."""
+    """The live nodes, after checking the invariants of nodes and links."""
     nodes = tree.nodes[0 : tree.count]
     after = [node.next for node in nodes]
     dropped = follow(tree.dropped, after)
@@ -62,7 +62,7 @@ def checked(tree: CData) -> Forest:
 
 
 def check_links(tree: CData, forest: Forest) -> None:
-    """Each node but a root is once a child, of its parent, which is of the same side."""
+    """Check that each node but a root is a child once, of its parent, on the same side."""
     after = [node.sibling for node in tree.nodes[0 : tree.count]]
     children = Counter((i, child) for i in forest for child in follow(tree.nodes[i].child, after))
     assert children == Counter((n.parent, i) for i, n in forest.items() if n.parent != NONE)
@@ -70,7 +70,7 @@ def check_links(tree: CData, forest: Forest) -> None:
 
 
 def check_costs(tree: CData, forest: Forest) -> None:
-    """Lengths along the tree to the one root of each side."""
+    """Check the lengths along the tree to the only root of each side."""
     roots = Counter(n.side for n in forest.values() if n.parent == NONE)
     assert set(roots.values()) <= {1}
     for i in forest:
@@ -78,7 +78,7 @@ def check_costs(tree: CData, forest: Forest) -> None:
 
 
 def cost(forest: Forest, i: int) -> float:
-    """[cells]"""
+    """Cost of a node [cells]."""
     total = 0.0
     while forest[i].parent != NONE:
         total += math.dist(forest[i].at, forest[forest[i].parent].at)

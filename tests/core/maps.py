@@ -12,7 +12,8 @@ from ground.core import CData, ffi, lib
 SIDE: int = lib.GRID_SIDE_CELLS
 OCCUPIED: int = lib.GRID_VALUE_MAX
 FREE = 3
-Cells = Iterable[tuple[int, int]]
+Cell = tuple[int, int]
+Cells = Iterable[Cell]
 Bits = NDArray[np.bool_]
 PER_CELL: int = lib.LATTICE_PER_CELL
 STEPS_MAX: int = lib.LATTICE_MAX
@@ -44,7 +45,7 @@ def occupy(grid: CData, cells: Cells, value: int = OCCUPIED) -> None:
 
 
 def fill(grid: CData, value: int) -> None:
-    """Give every cell this value, at once."""
+    """Set every cell to this value."""
     ffi.memmove(
         grid.cells, bytes([value << 4 | value]) * ffi.sizeof(grid.cells), ffi.sizeof(grid.cells)
     )
@@ -66,7 +67,7 @@ def new_clearance(
 
 
 def with_walls(cells: Cells) -> tuple[CData, CData]:
-    """A grid with these cells occupied, and its clearance of radius 0: these alone are blocked."""
+    """A grid with these cells occupied, and its clearance of radius 0, which blocks only them."""
     grid = new_grid()
     occupy(grid, cells)
     return grid, new_clearance(grid)
@@ -77,7 +78,7 @@ def pose(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0) -> CData:
 
 
 def frame(hits_m: dict[int, float], clear_m: dict[int, float] | None = None) -> CData:
-    """A measured set: beam to range."""
+    """A measured set of ranges, by beam."""
     clear_m = clear_m or {}
     made = ffi.new("scan_frame_t *")
     for beam, range_m in {**hits_m, **clear_m}.items():
@@ -120,7 +121,7 @@ def lattice(at: Steps) -> CData:
 
 
 def middle(cell: tuple[int, int]) -> Steps:
-    """The lattice point in the middle of a cell."""
+    """The lattice point at the centre of a cell."""
     return cell[0] * PER_CELL + PER_CELL // 2, cell[1] * PER_CELL + PER_CELL // 2
 
 
@@ -129,12 +130,12 @@ def steps(p: CData) -> Steps:
 
 
 def in_cells(way: Iterable[Steps]) -> list[Point]:
-    """Exactly: 1/256 is a power of two."""
+    """Convert to cells, exactly: 1/256 is a power of two."""
     return [(x / PER_CELL, y / PER_CELL) for x, y in way]
 
 
 def lattice_array(way: list[Steps], capacity: int = 64) -> CData:
-    """A lattice_t array that begins with the way."""
+    """A lattice_t array that starts with the path."""
     array = ffi.new("lattice_t[]", capacity)
     for i, (x, y) in enumerate(way):
         array[i].x, array[i].y = x, y
@@ -147,7 +148,7 @@ def lattice_points(array: CData, count: int) -> list[Steps]:
 
 
 def sees(clearance: CData, way: list[Steps]) -> bool:
-    """Each point of the way sees the next."""
+    """Check that each point of the path sees the next."""
     return all(
         lib.clearance_sees(clearance, lattice(a), lattice(b)) for a, b in itertools.pairwise(way)
     )
@@ -159,7 +160,7 @@ def points(array: CData, count: int) -> list[tuple[float, float]]:
 
 
 def path_array(path: list[tuple[float, float]], capacity: int = 64) -> CData:
-    """A vec2_t array that begins with the path."""
+    """A vec2_t array that starts with the path."""
     array = ffi.new("vec2_t[]", capacity)
     for i, (x, y) in enumerate(path):
         array[i].x, array[i].y = x, y
@@ -171,7 +172,7 @@ def length(path: list[tuple[float, float]]) -> float:
 
 
 def is_clear(clearance: CData, path: list[tuple[float, float]]) -> bool:
-    """Every piece of the path stays in free cells."""
+    """Check that every piece of the path stays in free cells."""
     return all(
         lib.clearance_segment_free(clearance, vec2(*a), vec2(*b))
         for a, b in itertools.pairwise(path)
@@ -179,7 +180,7 @@ def is_clear(clearance: CData, path: list[tuple[float, float]]) -> bool:
 
 
 def located(grid: CData, x_m: float, y_m: float) -> tuple[int, int] | None:
-    """The cell of a point, None outside the grid."""
+    """The cell of a point; None outside the grid."""
     cell = ffi.new("grid_cell_t *", (-7, -7))
     if lib.grid_locate(grid, vec2(x_m, y_m), cell):
         return cell.ix, cell.iy

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slow and obvious answers to what the core computes fast."""
+"""Slow and obvious algorithms for what the core computes fast."""
 
 import itertools
 import math
@@ -9,9 +9,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.core.maps import PER_CELL, SIDE, Bits, Point, Steps
-
-Cell = tuple[int, int]
+from tests.core.maps import PER_CELL, SIDE, Bits, Cell, Point, Steps
 
 
 def inflated(occupied: Bits, radius_cells: float) -> Bits:
@@ -29,7 +27,7 @@ def inflated(occupied: Bits, radius_cells: float) -> Bits:
 
 
 def crossings(a: Point, b: Point) -> list[Fraction]:
-    """Where on the segment (0..1) a side between two cells is met, exactly; both ends included."""
+    """Where the segment (0..1) crosses a side between two cells, exactly; both ends included."""
     at = {Fraction(0), Fraction(1)}
     for start, end in zip(map(Fraction, a), map(Fraction, b), strict=True):
         low, high = min(start, end), max(start, end)
@@ -57,7 +55,7 @@ def is_blocked(blocked: Bits, cell: Cell) -> bool:
 
 
 def segment_free(blocked: Bits, a: Point, b: Point) -> bool:
-    """Free cells only, and no squeezing between two blocked cells that touch at a corner."""
+    """Free cells only, and never between two blocked cells that touch at a corner."""
     way = cells_along(a, b)
     if any(is_blocked(blocked, cell) for cell in way):
         return False
@@ -68,7 +66,7 @@ def segment_free(blocked: Bits, a: Point, b: Point) -> bool:
 
 
 def distances(blocked: Bits, start: Cell) -> dict[Cell, int]:
-    """Steps to 4 neighbours from the start to each cell that can be reached."""
+    """Number of steps to 4 neighbours from the start to each reachable cell."""
     steps = {start: 0}
     queue = deque([start])
     while queue:
@@ -81,7 +79,7 @@ def distances(blocked: Bits, start: Cell) -> dict[Cell, int]:
 
 
 def squared_distance(a: Steps, b: Steps, cell: Cell) -> Fraction:
-    """Between a segment and the closed square of a cell, in lattice steps, exactly."""
+    """Squared distance of a segment and the closed square of a cell, in lattice steps, exactly."""
     low = [c * PER_CELL for c in cell]
     high = [side + PER_CELL for side in low]
     if meets_box(a, b, low, high):
@@ -92,7 +90,7 @@ def squared_distance(a: Steps, b: Steps, cell: Cell) -> Fraction:
 
 
 def meets_box(a: Steps, b: Steps, low: list[int], high: list[int]) -> bool:
-    """The segment has a point in the closed box."""
+    """Whether the segment has a point in the closed box."""
     start, end = Fraction(0), Fraction(1)
     for p, q, least, most in zip(a, b, low, high, strict=True):
         if p == q:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A room of walls and a body that does what nav asks: enough to fly whole missions without MuJoCo.
+"""A room of walls and a body that follows nav: enough to fly whole missions without MuJoCo.
 
 Odometry is exact here but for being carried, ranges nearly so: what is tested is the pipeline,
 not its robustness.
@@ -44,7 +44,7 @@ TWO_ROOMS = [*ROOM, (0.8, -2.0, 0.8, 1.1)]
 
 
 def cast(walls: list[Segment], x: float, y: float, bearing_rad: float) -> float:
-    """The range measured from the nearest echoes in the cone of a beam; negative without any."""
+    """The nearest return in the cone of a beam; negative if there is none."""
     angle = bearing_rad + CONE_RAD[:, None]
     dx, dy = np.cos(angle), np.sin(angle)
     w: NDArray[np.float64] = np.array(walls)
@@ -129,12 +129,12 @@ class Flight:
         self.input.battery_v, self.input.flags = self.battery_v, self.flags
 
     def odometry(self) -> tuple[float, float, float]:
-        """Where the odometry believes to be: exact, but for the times it was carried."""
+        """The odometry's pose: exact, except that it does not notice being carried."""
         place = self.shift + cmath.rect(1.0, self.turned_rad) * complex(self.x_m, self.y_m)
         return place.real, place.imag, math.remainder(self.yaw_rad + self.turned_rad, math.tau)
 
     def carry(self, x_m: float, y_m: float, yaw_rad: float) -> None:
-        """Put it down elsewhere by hand; the odometry has not noticed."""
+        """Move the drone by hand; the odometry does not notice."""
         x, y, yaw = self.odometry()
         self.turned_rad = yaw - yaw_rad
         self.shift = complex(x, y) - cmath.rect(1.0, self.turned_rad) * complex(x_m, y_m)
@@ -176,7 +176,7 @@ class Flight:
         return int(lib.nav_command(self.nav, ffi.new("nav_command_t *", (cmd, (x_m, y_m)))))
 
     def run_until(self, *states: int, most_s: float = 120.0) -> int:
-        """Fly until one of these states is reached; the state it ends in."""
+        """Fly until one of these states is reached, and return it."""
         end_ms = self.time_ms + most_s * 1000
         while self.time_ms < end_ms:
             self.step()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Searches of the pathfinder for tests, and what must hold of each of their ways."""
+"""Searches of the pathfinder for tests, and the invariants of their paths."""
 
 import math
 
@@ -10,6 +10,7 @@ from ground.core import CData, ffi, lib
 from tests.core.maps import (
     PER_CELL,
     SIDE,
+    Cell,
     Point,
     is_clear,
     length,
@@ -17,7 +18,6 @@ from tests.core.maps import (
     vec2,
 )
 
-Cell = tuple[int, int]
 Boxes = list[tuple[int, int, int, int]]
 START, GOAL = (20.25, 64.5), (108.75, 64.5)
 LONGEST = 200_000  # units of budget, in which every search must have ended
@@ -60,7 +60,7 @@ def extend(planner: CData, clearance: CData, budget: int) -> int:
 
 
 def finish(planner: CData, clearance: CData) -> int:
-    """Until a way is known or there is none, and then some more."""
+    """Search until a path is known or there is none, and then a little longer."""
     for _ in range(0, LONGEST, 100):
         if extend(planner, clearance, 100) != lib.PATHFINDER_SEARCHING:
             return extend(planner, clearance, MORE)

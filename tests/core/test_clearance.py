@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The inflated bit layer: equal to brute force, however it was brought up to date."""
+"""The inflated bit layer equals brute force, however it was updated."""
 
 import math
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The follower, flying a body that answers with a delay along routes of all shapes."""
+"""The follower, flying a body that responds with a delay along routes of all shapes."""
 
 import itertools
 import math

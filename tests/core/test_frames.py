@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Estimate, odometry and map: what pulls at the estimate does not move the drone in its map."""
+"""Estimator, odometry and map frames: a correction of the estimate does not move the map pose."""
 
 import cmath
 import math
@@ -15,7 +15,7 @@ SOURCE_LIGHTHOUSE = lib.NAV_SOURCE_LIGHTHOUSE
 
 
 def airborne(slam: int = SLAM_ESTIMATOR, positioning: int = 0) -> Flight:
-    """Exploring, some seconds after the take-off."""
+    """A drone that has been exploring for some seconds."""
     flight = Flight(cfg=new_config(slam=slam, watch_rad=0.0))
     flight.input.positioning = positioning
     flight.run_for(1.5)
@@ -25,7 +25,7 @@ def airborne(slam: int = SLAM_ESTIMATOR, positioning: int = 0) -> Flight:
 
 
 def pull(flight: Flight, off: complex, turned_rad: float = 0.0) -> None:
-    """The estimator moves by so much where the drone is now; the drone does not."""
+    """Move the estimate by this much here; the drone itself does not move."""
     x, y, _ = flight.odometry()
     flight.turned_rad += turned_rad
     here = cmath.rect(1.0, flight.turned_rad) * complex(flight.x_m, flight.y_m)
@@ -41,14 +41,14 @@ def error_m(flight: Flight) -> float:
 
 
 def keep_looking(flight: Flight) -> None:
-    """One tick; where it is still there is nothing to match."""
+    """One tick of looking; a drone at rest has nothing to match."""
     flight.step()
     if flight.state == lib.MISSION_HOVER:
         flight.command(lib.MISSION_CMD_SCAN)
 
 
 def fixed(flight: Flight) -> CData:
-    """Fly until there is something to tell the estimator."""
+    """Fly until there is a correction for the estimator."""
     fix = ffi.new("nav_fix_t *")
     for _ in range(500):
         keep_looking(flight)
@@ -58,7 +58,7 @@ def fixed(flight: Flight) -> CData:
 
 
 def test_what_the_estimator_was_told_is_not_motion() -> None:
-    """Pulled about by decimetres or not, the flight is the same."""
+    """Whether or not the estimate is moved by decimetres, the flight is the same."""
     pulled, left_alone = airborne(), airborne()
     for _ in range(5):
         fixed(pulled)
@@ -71,7 +71,7 @@ def test_what_the_estimator_was_told_is_not_motion() -> None:
 
 
 def test_the_same_pull_untold_is_motion() -> None:
-    """So the test above can fail."""
+    """So the test above is able to fail."""
     flight = airborne(SLAM)
     before = error_m(flight)
     pull(flight, 0.3 + 0.0j)
@@ -126,7 +126,7 @@ def test_slam_stands_aside_and_comes_back() -> None:
 
 
 def test_positioning_that_comes_back_pulls_before_it_says_so() -> None:
-    """The estimate drifts in the shadow and springs back; the pose in the map does neither."""
+    """The estimate drifts without positions and then jumps back; the map pose does neither."""
     flight = airborne(SLAM, LIGHTHOUSE)
     flight.input.positioning = 0
     for _ in range(600):

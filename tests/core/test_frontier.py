@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Frontiers: what they are worth, which one is chosen, and when none is left."""
+"""Frontiers: their value, which one is chosen, and when none is left."""
 
 import math
 from dataclasses import dataclass, field
@@ -13,21 +13,20 @@ from hypothesis import strategies as st
 from ground.core import CData, ffi, lib
 from tests.core import oracles
 from tests.core.maps import (
+    FREE,
     SIDE,
     Bits,
+    Cell,
     blocked_bits,
     fill,
     new_clearance,
     new_grid,
     occupy,
-    points,
     vec2,
 )
+from tests.core.searches import LONGEST, centre, path_of
 
-Cell = tuple[int, int]
-FREE = 3
 ROOM = range(40, 81)
-LONGEST = 200_000  # units of budget, in which every search must have ended
 HALF_DISC = math.pi * lib.FRONTIER_SIGHT_CELLS**2 / 2
 in_room = st.tuples(st.sampled_from(ROOM), st.sampled_from(ROOM))
 holes = st.lists(st.tuples(in_room, st.integers(1, 14), st.integers(1, 14)), max_size=4)
@@ -71,7 +70,7 @@ class Place:
             planner,
             cfg,
             self.clearance,
-            vec2(start[0] + 0.5, start[1] + 0.5),
+            vec2(*centre(start)),
             mode,
             vain or ffi.new("frontier_vain_t *"),
             vec2(*last),
@@ -84,7 +83,7 @@ class Place:
         return oracles.waves(blocked_bits(self.clearance) | ~self.known, start)
 
     def gains(self, start: Cell) -> dict[Cell, int]:
-        """Of each frontier that can be reached."""
+        """The gain of each reachable frontier."""
         return {
             (x, y): self.gain((x, y))
             for (x, y), waves in self.waves(start).items()
@@ -97,8 +96,7 @@ class Place:
 
 
 def end_of(planner: CData) -> Cell:
-    way = ffi.new("vec2_t[]", lib.PATHFINDER_POINTS)
-    x, y = points(way, lib.pathfinder_path(planner, way, lib.PATHFINDER_POINTS))[-1]
+    x, y = path_of(planner)[-1]
     return math.floor(x), math.floor(y)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Breaking a rule on purpose: for each way of doing it there is a gate that reports it."""
+"""For each way of breaking a rule of the code on purpose, a gate reports it."""
 
 import shutil
 import subprocess
@@ -17,20 +17,20 @@ Edit = Callable[[str], str]
 
 @pytest.fixture(scope="module")
 def sound(tmp_path_factory: pytest.TempPathFactory) -> Objects:
-    """Core and app as they are."""
+    """Core and app, unchanged."""
     return compile_tree(CHIP, tmp_path_factory.mktemp("sound"))
 
 
 @pytest.fixture
 def copy(sound: Objects, tmp_path: Path) -> Objects:
-    """The same, to be changed."""
+    """A copy of them, to be changed."""
     shutil.copytree(FIRMWARE_APP, tmp_path / "source")
     shutil.copytree(sound.folder, tmp_path / "objects")
     return Objects(sound.toolchain, tmp_path / "source", tmp_path / "objects")
 
 
 def break_in(copy: Objects, file: str, edit: Edit) -> list[str]:
-    """Change one file, compile what depends on it, and collect what the gates say."""
+    """Change one file, recompile what depends on it, and collect what the gates report."""
     path = copy.source / file
     before = path.read_text()
     path.write_text(edit(before))
@@ -76,7 +76,7 @@ def test_breaking_a_rule_of_the_core_is_reported(copy: Objects, code: str, compl
 
 
 def tower(floors: int, bytes_each: int) -> str:
-    """Functions of which each calls the next; the first is x0."""
+    """A chain of functions, each calling the next; the first is x0."""
     code = f"__attribute__((noinline)) static void x{floors}(volatile char *a) {{ a[0] = 1; }}"
     for i in reversed(range(floors)):
         code += (
@@ -131,7 +131,7 @@ NAV_LIMIT_BYTES = 21_504
 
 @pytest.mark.parametrize("over", [0, 1])
 def test_a_word_too_much_in_nav_is_reported(copy: Objects, over: int) -> None:
-    """By the compiler: in the firmware's own build too. nav_t grows by words."""
+    """The compiler reports it, in the firmware's own build too; nav_t grows by words."""
     words = (NAV_LIMIT_BYTES - gates.nav_bytes(copy)) // 4 + over
     reported = break_in(
         copy,
@@ -154,7 +154,7 @@ def test_a_function_of_the_firmware_that_nobody_approved_is_reported(copy: Objec
 
 
 def test_the_two_sets_of_flags_differ_in_what_they_allow(tmp_path: Path) -> None:
-    """Without the pragma only the firmware's flags fuse: to test with one set would not do."""
+    """Without the pragma only the firmware's flags fuse, so testing with one set is not enough."""
     shutil.copytree(FIRMWARE_APP, tmp_path / "source")
     path = tmp_path / "source" / "core" / "geometry.c"
     path.write_text(path.read_text().replace(PRAGMA, ""))

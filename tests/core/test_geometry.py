@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ground.core import CData, ffi, lib
-from tests.core.maps import vec2, xy
+from ground.core import CData, lib
+from tests.core.maps import pose, vec2, xy
 
 f32 = np.float32
 angles = st.floats(-1000.0, 1000.0, width=32)
@@ -19,10 +19,6 @@ any_float = st.floats(width=32)
 ATAN_BOUND_RAD = 4e-7
 NEAR_BOUND = 2e-7
 FAR_BOUND = 1e-4
-
-
-def pose(x_m: float, y_m: float, yaw_rad: float) -> CData:
-    return ffi.new("pose2_t *", (x_m, y_m, yaw_rad))[0]
 
 
 poses = st.builds(pose, metres, metres, small)
@@ -71,6 +67,13 @@ def test_the_angle_of_a_vector_all_around(degree: int) -> None:
     got = lib.geometry_atan2(math.sin(angle_rad), math.cos(angle_rad))
     assert -math.pi - 1e-6 <= got <= math.pi + 1e-6
     assert turn_between(got, angle_rad) <= ATAN_BOUND_RAD
+
+
+@given(small)
+def test_towards_an_angle_is_a_unit_vector_of_that_angle(angle_rad: float) -> None:
+    got = lib.vec2_towards(angle_rad)
+    assert lib.vec2_norm(got) == pytest.approx(1.0, abs=1e-6)
+    assert turn_between(lib.geometry_atan2(got.y, got.x), angle_rad) < 1e-6
 
 
 def test_the_angle_of_no_vector_is_zero() -> None:
@@ -131,7 +134,7 @@ def test_vector_arithmetic(ax: float, ay: float, bx: float, by: float) -> None:
 
 @given(poses)
 def test_a_pose_and_its_inverse_cancel(a: CData) -> None:
-    origin = pose(0.0, 0.0, 0.0)
+    origin = pose()
     assert_same_pose(lib.pose2_compose(a, lib.pose2_inverse(a)), origin)
     assert_same_pose(lib.pose2_compose(lib.pose2_inverse(a), a), origin)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The occupancy grid: where cells lie, what beams do to them, what the queries say."""
+"""The occupancy grid: where cells lie, how beams change them, what queries return."""
 
 import math
 
@@ -15,8 +15,6 @@ CELL_M = 0.05
 HALF_M = SIDE * CELL_M / 2
 cells = st.integers(0, SIDE - 1)
 positions = st.floats(-2.5, 2.5, width=32)
-yaws = st.floats(-3.125, 3.125, width=32)
-ranges = st.floats(0.0, 4.0, width=32)
 
 
 def row(query: CData, grid: CData, iy: int) -> list[int]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What beams do to the occupancy grid."""
+"""How beams change the occupancy grid."""
 
 import math
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What passes through known free space is not kept; what stays, and what always stood there, is."""
+"""Obstacles that pass through known free space are forgotten; static ones are kept."""
 
 import math
 
@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ground.core import CData, ffi, lib
-from tests.core.maps import SIDE, new_grid, values, vec2
-from tests.core.test_grid_insert import frame, pose
+from tests.core.maps import SIDE, frame, new_grid, pose, values, vec2
 
 SET_MS = 100
 ROUND_MS = lib.GRID_FADE_MS * lib.GRID_POINT_SETS
@@ -18,7 +17,7 @@ WALL_M, BODY_M = 2.0, 1.0
 
 
 class Looking:
-    """A grid that is drawn into ten times a second from one place, and fades meanwhile."""
+    """A grid that is updated ten times a second from one place, and fades in between."""
 
     def __init__(self) -> None:
         self.grid: CData = new_grid()
@@ -31,11 +30,13 @@ class Looking:
             self.wait(SET_MS / 1000)
 
     def wait(self, seconds: float) -> None:
-        """Nothing is seen meanwhile."""
+        """Let time pass without measurements."""
         end_ms = self.time_ms + round(1000 * seconds)
         while self.time_ms < end_ms:
             self.time_ms += 20
-            lib.grid_fade(self.grid, self.time_ms)
+            before = bytes(ffi.buffer(self.grid.cells))
+            faded = lib.grid_fade(self.grid, self.time_ms)
+            assert faded == (bytes(ffi.buffer(self.grid.cells)) != before)
 
     def occupied(self) -> set[tuple[int, int]]:
         return {(int(ix), int(iy)) for iy, ix in np.argwhere(values(self.grid) >= 8)}
@@ -126,15 +127,15 @@ def test_in_a_crowd_the_passing_make_room_and_their_cells_are_free() -> None:
 def test_an_echo_is_judged_by_what_is_known_around_it() -> None:
     room = Looking()
     end = vec2(BODY_M, 0.025)
-    assert lib.grid_judge(room.grid, end, 5) == lib.GRID_ECHO_UNTOLD
+    assert lib.grid_classify_echo(room.grid, end, 5) == lib.GRID_ECHO_UNEXPLAINED
     for iy in range(40, 90):
         for ix in range(40, 120):
             lib.grid_set_value(room.grid, ix, iy, 1)
-    assert lib.grid_judge(room.grid, end, 5) == lib.GRID_ECHO_STRANGE
+    assert lib.grid_classify_echo(room.grid, end, 5) == lib.GRID_ECHO_STRANGE
     room.look(BODY_M, 3.0)
-    assert lib.grid_judge(room.grid, end, 5) == lib.GRID_ECHO_STRANGE
+    assert lib.grid_classify_echo(room.grid, end, 5) == lib.GRID_ECHO_STRANGE
     room.look(BODY_M, 30.0)
-    assert lib.grid_judge(room.grid, end, 5) == lib.GRID_ECHO_FAMILIAR
+    assert lib.grid_classify_echo(room.grid, end, 5) == lib.GRID_ECHO_FAMILIAR
 
 
 def test_beams_that_sweep_clear_who_has_gone_but_no_wall() -> None:

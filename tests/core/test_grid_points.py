@@ -9,13 +9,12 @@ from ground.core import CData, ffi, lib
 from tests.core.maps import OCCUPIED, SIDE, new_grid, vec2
 
 CELL_M = 0.05
-EIGHTH_M = CELL_M / 8
 cells = st.tuples(st.integers(0, SIDE - 1), st.integers(0, SIDE - 1))
 shares = st.floats(0.0, 1.0, exclude_max=True)
 
 
 def place(grid: CData, cell: tuple[int, int], x: float, y: float) -> CData:
-    """The point at this share of the cell."""
+    """The place at this fraction of the cell."""
     return lib.grid_to_metres(grid, vec2(cell[0] + x, cell[1] + y))
 
 
@@ -25,7 +24,7 @@ def hit(grid: CData, cell: tuple[int, int], x: float, y: float) -> None:
 
 
 def point(grid: CData, cell: tuple[int, int]) -> tuple[float, float] | None:
-    """Share of the cell at which its point lies."""
+    """The fraction of the cell at which its point lies."""
     found = ffi.new("vec2_t *")
     if not lib.grid_point(grid, *cell, found):
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The reflex: whatever is wanted, nothing flies into what the ranges show."""
+"""The collision guard: whatever is commanded, the drone does not fly into what the ranges show."""
 
 import itertools
 import math
@@ -42,7 +42,7 @@ class Guard:
     def watch(
         self, time_ms: int, hits_m: dict[int, float], judged: int, yaw_rad: float = 0
     ) -> None:
-        """Take a set seen from the origin."""
+        """Process a set of ranges measured at the origin."""
         seen = ffi.new("scan_frame_t *", {"time_ms": time_ms, "pose": (0.0, 0.0, yaw_rad)})
         for beam, range_m in hits_m.items():
             seen.hit |= 1 << beam
@@ -56,7 +56,7 @@ class Guard:
 
 
 def ranges(**near: float) -> list[float]:
-    """Far everywhere but in the named directions."""
+    """Ranges that are far except in the named directions."""
     made = [FAR_M] * 5
     for name, range_m in near.items():
         made[getattr(lib, f"SCAN_{name.upper()}")] = range_m

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lattice points: where a place goes, and arithmetic that is exact up to the corners."""
+"""Lattice points: the rounding of places, and arithmetic that is exact up to the corners."""
 
 import itertools
 import math

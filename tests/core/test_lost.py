@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lost in a known map: it notices, finds itself, draws nothing meanwhile, and goes on."""
+"""Lost in a known map: the drone notices, relocalises, draws nothing meanwhile, and continues."""
 
+import itertools
 import math
 
 import pytest
 
 from ground.core import CData, ffi, lib
-from tests.core.room import Flight, box_walls, hovering
+from tests.core.room import Flight, Segment, box_walls, hovering
 
 IDLE, HOVER, LAND, FAULT = (
     lib.MISSION_IDLE,
@@ -23,11 +24,13 @@ HOME_WALLS = [
     *box_walls(0.3, 1.3, 1.1, 1.8),
 ]
 PLACES = [(-1.2, -0.9, 2.0), (1.8, 0.9, -1.0), (0.4, -0.5, 0.3)]
+CORRIDOR = box_walls(-2.0, -0.45, 2.0, 0.45)
+ALCOVE = [*box_walls(-2.0, -0.45, 2.0, 0.45), *box_walls(0.6, 0.45, 1.6, 1.6)]
 EMPTY_PLACE = box_walls(-1.0, -1.0, 1.0, 1.0)
 
 
 def mapped() -> Flight:
-    """It has explored its home and landed."""
+    """A drone that has explored its home and landed."""
     flight = hovering(HOME_WALLS)
     assert flight.command(lib.MISSION_CMD_EXPLORE) == lib.MISSION_OK
     assert flight.run_until(IDLE, FAULT, most_s=400.0) == IDLE
@@ -35,7 +38,7 @@ def mapped() -> Flight:
 
 
 def carried(flight: Flight, place: tuple[float, float, float]) -> Flight:
-    """Lifted by hand, and set down there."""
+    """Lift the drone and put it down there."""
     for _ in range(50):
         flight.z_m = 0.6
         flight.sense()
@@ -47,7 +50,7 @@ def carried(flight: Flight, place: tuple[float, float, float]) -> Flight:
 
 
 def off_m(flight: Flight) -> float:
-    """From its pose in the map to the truth: the map's frame is the room's, here."""
+    """Distance of the map pose to the truth; the map frame is the room's here."""
     return flight.distance_m(flight.nav.pose.x_m, flight.nav.pose.y_m)
 
 
@@ -57,7 +60,7 @@ def cells(flight: Flight) -> bytes:
 
 @pytest.fixture(scope="module")
 def explored() -> bytes:
-    """All of a nav that has explored, to begin again from."""
+    """The whole state of a nav that has explored, to start from again."""
     return bytes(ffi.buffer(mapped().nav))
 
 
@@ -83,6 +86,7 @@ def test_carried_elsewhere_it_finds_itself_and_reaches_its_goal(
         assert cells(flight) == before
         flight.step()
     assert (lib.WIRE_EVENT_FOUND, 0) in flight.events
+    assert not any(bytes(ffi.buffer(ffi.addressof(flight.nav, "planner")))), "its memory is shared"
     assert off_m(flight) < 0.15
     assert flight.run_until(HOVER, FAULT, LAND) == HOVER
     assert flight.distance_m(0.5, 0.3) < 0.25
@@ -153,6 +157,67 @@ def test_standing_on_the_ground_it_does_not_lose_itself(explored: bytes) -> None
     assert not flight.nav.mission.lost
 
 
+def test_a_height_that_errs_for_a_moment_is_no_hand_that_lifts_it(explored: bytes) -> None:
+    flight = again(explored)
+    for ticks, lost in ((15, False), (30, True)):
+        for _ in range(ticks):
+            flight.z_m = 0.6
+            flight.sense()
+            lib.nav_step(flight.nav, flight.input)
+            flight.time_ms += 20
+        assert flight.nav.mission.lost == lost
+        flight.run_for(0.1)
+
+
+def farthest(flight: Flight, came_rad: float | None) -> float:
+    """Direction of the longest beam with room in it; back only if no other has."""
+    pose, ranges_m = flight.nav.pose, flight.input.range_m
+    reach_m: dict[float, float] = {
+        pose.yaw_rad + lib.scan_bearing_rad(beam): ranges_m[beam] if ranges_m[beam] >= 0 else 1.2
+        for beam in range(lib.SCAN_BEAMS)
+    }
+    roomy = {way for way, range_m in reach_m.items() if range_m > 0.55}
+    if came_rad is not None:
+        onward = {way for way in roomy if abs(math.remainder(way - came_rad, math.tau)) < 2.35}
+        roomy = onward or roomy
+    return max(roomy, key=reach_m.__getitem__)
+
+
+@pytest.mark.parametrize(
+    ("walls", "place", "least"),
+    [
+        (HOME_WALLS, PLACES[0], 1),
+        (CORRIDOR, (1.4, 0.0, 0.1), 4),
+        (CORRIDOR, (-1.4, 0.05, 0.0), 4),
+        (ALCOVE, (1.3, 0.0, 0.0), 4),
+    ],
+)
+def test_it_moves_where_a_beam_reaches_farthest_and_back_only_from_an_end(
+    explored: bytes, walls: list[Segment], place: tuple[float, float, float], least: int
+) -> None:
+    flight = again(explored)
+    flight.walls = walls
+    carried(flight, place)
+    assert flight.command(lib.MISSION_CMD_TAKE_OFF) == lib.MISSION_OK
+    assert flight.run_until(RELOCALISE) == RELOCALISE
+    motion = flight.nav.reloc_motion
+    moves: list[float] = []
+    turns: list[tuple[int, bool]] = []  # after how many moves, and whether to the left
+    while flight.state == RELOCALISE:
+        moving = motion.moving
+        flight.sense()
+        wanted_rad = farthest(flight, moves[-1] if moves else None)
+        flight.step()
+        if motion.moving and not moving:
+            assert abs(math.remainder(motion.came_rad - wanted_rad, math.tau)) < 0.05
+            moves.append(motion.came_rad)
+        if not motion.moving and not moving and flight.setpoint.yaw_rate_rps:
+            turns.append((len(moves), flight.setpoint.yaw_rate_rps > 0.0))
+    senses = [left for (_, left), _ in itertools.groupby(turns)]
+    assert all(a != b for a, b in itertools.pairwise(senses)), "errors of the gyro cancel out"
+    assert len(moves) >= least
+
+
 def test_without_a_map_there_is_nothing_to_look_in() -> None:
     assert Flight().command(RELOCALISE_CMD) == lib.MISSION_NO_MAP
 
@@ -166,7 +231,7 @@ def test_forgetting_the_map_ends_being_lost(explored: bytes) -> None:
 
 
 def pieces(nav: CData) -> list[CData]:
-    """The whole map, as the ground keeps it."""
+    """The whole map in tiles, as the ground keeps it."""
     kept = []
     for _ in range(2 * lib.GRID_TILES):
         piece = ffi.new("uint8_t[]", lib.WIRE_MAP_BYTES)

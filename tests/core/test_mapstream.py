@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The map stream: changed tiles first, and everything comes again."""
+"""The map stream: changed tiles come first, and every tile is repeated."""
 
 import itertools
 from typing import Any
@@ -18,7 +18,7 @@ TILES: int = lib.GRID_TILES
 
 
 class Stream:
-    """A map stream over one grid, read piece by piece."""
+    """A map stream over one grid, read packet by packet."""
 
     def __init__(self, grid: CData) -> None:
         self.grid = grid
@@ -26,7 +26,7 @@ class Stream:
         lib.mapstream_init(self.stream)
 
     def next(self, epoch: int = 0) -> list[CData]:
-        """The tiles of the next piece."""
+        """The tiles of the next packet."""
         packet = ffi.new("uint8_t[]", lib.WIRE_MAP_BYTES)
         wire, got = ffi.new("wire_map_t *"), ffi.new("uint8_t *")
         lib.mapstream_next(self.stream, self.grid, epoch, packet)
@@ -39,7 +39,7 @@ class Stream:
 
 
 def hard(grid: CData) -> CData:
-    """No two tiles fit into one piece."""
+    """Make tiles of which no two fit into one packet."""
     for i in range(SIDE * SIDE):
         lib.grid_set_value(grid, i % SIDE, i // SIDE, (0, 3, OCCUPIED)[i * 7919 % 1013 % 3])
     settle(grid)
@@ -47,7 +47,7 @@ def hard(grid: CData) -> CData:
 
 
 def settle(grid: CData) -> None:
-    """Forget that anything changed."""
+    """Clear all marks of changed tiles."""
     ffi.memmove(grid.changed_tiles, bytes(TILES // 8), TILES // 8)
 
 
@@ -57,7 +57,7 @@ def states(grid: CData) -> np.ndarray[Any, Any]:
 
 
 def drawn(pieces: list[list[Any]]) -> np.ndarray[Any, Any]:
-    """The map that a listener has after these pieces."""
+    """The map that a listener has after these packets."""
     picture = np.zeros((SIDE, SIDE), dtype=int)
     for piece in itertools.chain(*pieces):
         y, x = piece.tile // PER_ROW * TILE, piece.tile % PER_ROW * TILE
@@ -155,6 +155,24 @@ def test_the_points_of_a_crowded_tile_come_in_turns() -> None:
                 assert {tile.eighths[i] for i in cells} == {2 + 8 * 6}
                 seen |= {(16 + i % TILE, 24 + i // TILE) for i in cells}
     assert seen >= there - {(17, 31)}
+
+
+def test_a_map_that_was_kept_comes_back_with_its_points() -> None:
+    grid, taken = new_grid(), new_grid()
+    for i in range(0, SIDE, 3):
+        ix, iy = i, i * 7 % SIDE
+        lib.grid_set_value(grid, (ix + 40) % SIDE, iy, 2)
+        lib.grid_set_value(grid, ix, iy, 9)
+        at = lib.grid_to_metres(grid, vec2(ix + i % 8 / 8 + 0.05, iy + i % 5 / 8 + 0.05))
+        lib.grid_points_add(grid, ffi.new("grid_cell_t *", (ix, iy))[0], at, False)
+    stream, packet = ffi.new("mapstream_t *"), ffi.new("uint8_t[]", lib.WIRE_MAP_BYTES)
+    for _ in range(2 * TILES):
+        lib.mapstream_next(stream, grid, 1, packet)
+        assert lib.mapstream_take(taken, 1, packet)
+    assert (states(taken) == states(grid)).all()
+    for at in itertools.product(range(SIDE), repeat=2):
+        assert lib.grid_point_eighths(taken, *at) == lib.grid_point_eighths(grid, *at)
+    assert not lib.mapstream_take(taken, 2, packet)
 
 
 def test_reading_the_stream_changes_no_cell() -> None:

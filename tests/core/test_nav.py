@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The whole pipeline in a room: missions that end where they should, and nothing shared."""
+"""The whole pipeline in a room: missions end where they should, and instances share nothing."""
 
 import math
 

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What nav does when something is wrong: link, battery, sensors, values, events."""
+"""How nav reacts to trouble: link, battery, sensors, values, events."""
 
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from ground.core import lib
+from ground.core import ffi, lib
 from tests.core.maps import raw_bytes
 from tests.core.room import READY, TWO_ROOMS, Flight, hovering, new_config
 
@@ -81,6 +83,42 @@ def test_frozen_ranges_land_it() -> None:
         flight.setpoint = lib.nav_step(flight.nav, flight.input)
     assert flight.state == LAND
     assert flight.fault == lib.MISSION_RANGES_FROZEN
+
+
+@pytest.mark.parametrize("beam", range(lib.SCAN_BEAMS))
+def test_a_single_sensor_that_is_stuck_lands_it(beam: int) -> None:
+    flight = hovering()
+    sense, stuck_m = flight.sense, flight.input.range_m[beam]
+    assert stuck_m > 0.0
+
+    def broken() -> None:
+        sense()
+        flight.input.range_m[beam] = stuck_m
+
+    flight.sense = broken  # type: ignore[method-assign]
+    assert flight.run_until(LAND, most_s=20.0) == LAND
+    assert flight.fault == lib.MISSION_BLIND
+
+
+@pytest.mark.parametrize(
+    ("gone", "positioning", "reason"),
+    [
+        ("FLOW_LOST", "NONE", "FLOW_LOST"),
+        ("FLOW_LOST", "LIGHTHOUSE", "OK"),
+        ("ESTIMATOR_SETTLED", "NONE", "ESTIMATOR"),
+        ("ESTIMATOR_SETTLED", "LIGHTHOUSE", "ESTIMATOR"),
+    ],
+)
+def test_without_what_tells_its_motion_it_lands(gone: str, positioning: str, reason: str) -> None:
+    flight = hovering()
+    flight.input.positioning = getattr(lib, f"NAV_POSITIONING_{positioning}")
+    flight.run_for(1.0)
+    flight.flags ^= getattr(lib, f"NAV_{gone}")
+    flight.run_for(0.9)
+    assert flight.state == HOVER, "over a dark tile"
+    flight.run_for(1.0)
+    assert flight.state == (HOVER if reason == "OK" else LAND)
+    assert flight.fault == getattr(lib, f"MISSION_{reason}")
 
 
 def test_a_jump_of_the_estimate_lands_it() -> None:
@@ -179,3 +217,10 @@ def test_with_nobody_listening_and_no_way_home_it_lands() -> None:
     flight.flags &= ~lib.NAV_LINK_ALIVE
     assert flight.run_until(IDLE, most_s=200.0) == IDLE
     assert flight.distance_m(0.0, 0.0) > 0.8
+
+
+@given(st.floats(0.0625, 0.5, width=32))
+def test_the_ground_is_told_the_size_of_a_cell_to_a_millimetre(cell_m: float) -> None:
+    nav = ffi.new("nav_t *")
+    lib.nav_init(nav, new_config(cell_m=cell_m))
+    assert lib.nav_hello(nav).cell_mm == math.floor(1000 * cell_m + 0.5)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The whole pathfinder: every way is clear and as long as it says, every search is decided."""
+"""The whole pathfinder: every path is clear and as long as stated, every search is decided."""
 
 import math
 
@@ -112,7 +112,7 @@ def test_the_tree_is_sound_and_its_edges_are_clear(where: Boxes, seed: int) -> N
 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_pool_that_is_full_for_long_never_stops_improving(seed: int) -> None:
-    """A wall of many doors: after ten times as many samples as nodes new nodes still come in."""
+    """A wall of many doors: after ten times as many samples as nodes, new nodes still enter."""
     wall = {(x, y) for x in (40, 60, 80) for y in range(SIDE) if y % 25 not in (3, 4, 5)}
     _, clearance = with_walls(wall)
     planner = begin(clearance, seed=seed)
@@ -138,7 +138,7 @@ def test_a_way_round_a_wall_is_the_shortest(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_the_shorter_of_two_doors_is_found(seed: int) -> None:
-    """The trees may meet in either; the wave has looked at both."""
+    """The trees may meet in either door; the wavefront has looked at both."""
     _, clearance = with_walls(wall_with_gap(range(84, 90)) - {(64, y) for y in range(8, 30)})
     planner = begin(clearance, seed=seed)
     extend(planner, clearance, 2000)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pathfinder once more: to the next frontier, and after the map or the start has changed."""
+"""Reusing the pathfinder: for the next frontier, and after a change of the map or the start."""
 
 import math
 
@@ -39,7 +39,7 @@ from tests.core.searches import (
 def test_a_repaired_way_is_as_good_as_a_new_one(
     where: Boxes, later: Boxes, to: Cell, seed: int, budget: int, moves: bool
 ) -> None:
-    """Walls come and go, the start moves: solved exactly if there is a way, and it is clear."""
+    """Walls come and go, the start moves: solved exactly if there is a path, which is clear."""
     _, clearance = with_walls(furnish(where, (20, 64), (108, 64)))
     planner = begin(clearance, seed=seed)
     extend(planner, clearance, budget)
@@ -89,6 +89,18 @@ def test_a_way_that_still_holds_is_there_at_once_after_the_start_has_moved_along
     assert lib.pathfinder_repair(planner, clearance, vec2(*on)) == lib.PATHFINDER_FOUND
     assert_good(planner, clearance, on, GOAL)
     assert planner.best_cells < before
+
+
+def test_a_repair_is_enough_after_fewer_samples_than_a_new_search() -> None:
+    doors = {(64, y) for y in range(SIDE) if y not in range(60, 68) and y not in range(100, 108)}
+    _, both = with_walls(doors)
+    _, one = with_walls(doors | {(64, y) for y in range(60, 68)})
+    planner = begin(both, (20.5, 40.5), (108.5, 80.5))
+    extend(planner, both, 400)
+    lib.pathfinder_repair(planner, one, vec2(20.5, 40.5))
+    while not lib.pathfinder_enough(planner):
+        extend(planner, one, 1)
+    assert planner.samples - planner.first_samples < planner.cfg.least_samples
 
 
 def test_repair_of_nothing_begins_anew() -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pathfinder in a corner: each awkward case has its status."""
+"""Corner cases of the pathfinder: each has its status."""
 
 import math
 
@@ -89,7 +89,7 @@ def test_every_free_place_of_the_grid_may_be_an_end(x: float, y: float, seed: in
 
 @pytest.mark.parametrize("beside", [63.99999, 63.9999, 63.998, 65.0, 65.001])
 def test_an_end_may_be_as_near_to_a_blocked_cell_as_a_float_can_say(beside: float) -> None:
-    """Whatever its place in the cell, an end is not taken for one in the next cell."""
+    """Wherever an end lies in its cell, it is not assigned to the next cell."""
     _, clearance = with_walls({(64, y) for y in range(20, 110)})
     x, _ = xy(vec2(beside, 0.0))
     for start, goal in (((x, 64.5), (126.5 - x, 64.2)), ((30.5, 40.5), (x, 64.99999))):
@@ -109,7 +109,7 @@ def test_a_gap_of_one_cell_is_found(row: int, seed: int) -> None:
 
 
 def spiral() -> set[Cell]:
-    """Walls round the middle, each turn open at one corner; ways are 4 cells wide."""
+    """Walls around the middle, each turn open at one corner; passages are 4 cells wide."""
     walls: set[Cell] = set()
     for k, side in enumerate(range(6, 62, 5)):
         low, high = 64 - side, 64 + side

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The planner from Python: three lines for a way, and a clear word for what is none."""
+"""The planner from Python: three lines for a path, and a clear error for invalid input."""
 
 import math
 import re

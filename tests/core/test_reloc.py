@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Relocalisation: sure of the right place, never of one of several that look alike."""
+"""Relocalisation: certain of the right place, never of one of several that look alike."""
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator
 
@@ -21,7 +22,7 @@ def cells_of(low_m: float, high_m: float) -> range:
 
 
 def made_map(boxes: Iterable[Box]) -> CData:
-    """The room is free, its outline and all cells of boxes are occupied."""
+    """A free room, with its outline and all cells of boxes occupied."""
     grid = ffi.new("grid_t *")
     lib.grid_init(grid, ffi.new("grid_config_t *", lib.grid_config_default()), (0.0, 0.0), CELL_M)
     x0, y0, x1, y1 = ROOM
@@ -37,7 +38,7 @@ def made_map(boxes: Iterable[Box]) -> CData:
 
 
 def range_m(boxes: Iterable[Box], pose: Pose, bearing: float) -> float:
-    """By small steps; to the wall or the box."""
+    """The range by small steps to the wall or a box."""
     x, y, yaw = pose
     c, s = math.cos(yaw + bearing), math.sin(yaw + bearing)
     reach = 0.0
@@ -65,7 +66,7 @@ def frame_of(boxes: tuple[Box, ...], pose: Pose, start: Pose, reads: float = 1.0
 
 
 def route(start: Pose) -> Iterator[Pose]:
-    """A turn, and then a move and a turn, three times."""
+    """A turn, then three times a move and a turn."""
     x, y, yaw = start
     for step in range(60):
         yield x, y, yaw + math.radians(6.0) * step
@@ -81,7 +82,7 @@ def route(start: Pose) -> Iterator[Pose]:
 def flown(
     grid: CData, boxes: tuple[Box, ...], start: Pose, budget: int = BUDGET
 ) -> tuple[CData, Pose, bool]:
-    """All of the route, each set worked on to the end. @return where it is, and if ever sure"""
+    """Fly the route and process each set. @return the pose, and whether it was ever certain"""
     reloc = ffi.new("reloc_t *")
     lib.reloc_init(reloc)
     sure = False
@@ -95,7 +96,7 @@ def flown(
 
 
 def off(reloc: CData, truth: Pose) -> tuple[float, float]:
-    """Metres and radians; the newest set is the anchor."""
+    """Error in metres and radians, at the newest set."""
     found = ffi.new("pose2_t *")
     assert lib.reloc_to_map(reloc, reloc.anchor, found)
     turned = math.remainder(found.yaw_rad - truth[2], math.tau)
@@ -109,6 +110,23 @@ def test_it_finds_itself_in_a_room_with_furniture(start: Pose) -> None:
     off_m, off_rad = off(reloc, truth)
     assert off_m < 0.1
     assert off_rad < math.radians(9.0)  # one step of the route: the last set may not be spread
+
+
+def test_hypotheses_are_of_different_places_best_first() -> None:
+    start, grid, reloc = (-0.8, -0.9, 0.3), made_map(FURNITURE), ffi.new("reloc_t *")
+    lib.reloc_init(reloc)
+    most = 0
+    for pose in route(start):
+        lib.reloc_add(reloc, frame_of(FURNITURE, pose, start))
+        while lib.reloc_work(reloc, grid, BUDGET):
+            pass
+        kept = reloc.place_list[0 : reloc.places]
+        most = max(most, len(kept))
+        assert [a.score for a in kept] == sorted((a.score for a in kept), reverse=True)
+        for a, b in itertools.combinations((place.pose for place in kept), 2):
+            turned_rad = math.remainder(a.yaw_rad - b.yaw_rad, math.tau)
+            assert math.dist((a.x_m, a.y_m), (b.x_m, b.y_m)) > 0.299 or abs(turned_rad) > 0.26
+    assert 2 < most <= 24
 
 
 def test_it_is_never_sure_where_a_half_turn_changes_nothing() -> None:
@@ -137,7 +155,7 @@ def test_it_is_not_sure_where_the_map_is_of_another_place() -> None:
     ],
 )
 def test_the_best_of_bad_places_is_not_believed(mapped: tuple[Box, ...]) -> None:
-    """One place stays best and leads, metres off, and half of the beams fit: it is not here."""
+    """One place stays best, metres off, with half of the beams fitting: it must not be accepted."""
     reloc, truth, sure = flown(made_map(mapped), FURNITURE, (0.3, 0.0, 2.5))
     assert not sure
     assert reloc.place_list[0].score - reloc.place_list[1].score > 0.04
@@ -147,7 +165,7 @@ def test_the_best_of_bad_places_is_not_believed(mapped: tuple[Box, ...]) -> None
 
 @pytest.mark.parametrize("reads", [0.87, 1.15])
 def test_it_finds_how_far_odometry_reads(reads: float) -> None:
-    """A newest pose that lags behind, as old sets lie too far away, would be passed on as sure."""
+    """Otherwise a newest pose that lags, as old sets lie too far away, would pass as certain."""
     start = (-0.8, -0.9, 0.3)
     grid, reloc = made_map(FURNITURE), ffi.new("reloc_t *")
     lib.reloc_init(reloc)
@@ -163,7 +181,7 @@ def test_it_finds_how_far_odometry_reads(reads: float) -> None:
 
 
 def test_only_states_of_cells_count() -> None:
-    """So a map of two bits a cell, imported or kept over a restart, is as good as its drawer's."""
+    """So a map of two bits per cell, imported or kept, is as good as the original."""
     start = (0.3, 0.0, 2.5)
     drawn, states = made_map(FURNITURE), made_map(FURNITURE)
     for iy in range(lib.GRID_SIDE_CELLS):
@@ -197,7 +215,7 @@ def test_slices_do_not_matter() -> None:
 
 
 def test_a_slice_ends_soon_after_its_budget() -> None:
-    """As little as one unit at a time gets it through a search, with at most one stage a call."""
+    """Even one unit at a time completes a search, with at most one stage per call."""
     grid, start = made_map(FURNITURE), (0.3, 0.0, 2.5)
     reloc = ffi.new("reloc_t *")
     lib.reloc_init(reloc)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The random numbers: repeatable, uniform enough, never stuck."""
+"""The random numbers are repeatable, uniform enough and never stuck."""
 
 from collections.abc import Iterator
 

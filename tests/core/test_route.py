@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Routes: off the corners, then rounded without getting longer; every piece is clear."""
+"""Routes: moved off corners, rounded without getting longer; every piece is clear."""
 
 import itertools
 import math
@@ -62,7 +62,7 @@ def turn(path: Path) -> float:
 
 
 def gap_cells(where: set[tuple[int, int]], at: tuple[float, float]) -> float:
-    """From a place to the nearest occupied cell."""
+    """Distance from a place to the nearest occupied cell."""
     return min(
         (
             math.hypot(max(x - at[0], 0.0, at[0] - x - 1), max(y - at[1], 0.0, at[1] - y - 1))
@@ -90,7 +90,7 @@ def test_standing_off_keeps_the_ends_and_stays_clear(
 def test_a_point_at_a_corner_goes_to_the_middle_of_its_gap(
     height: int, gap: int, rise: float
 ) -> None:
-    """A wall below, a wall above: between them it is nearer to neither than before."""
+    """Between a wall below and a wall above, it is no nearer to either than before."""
     walls = {(64, 30 + y) for y in range(height)}
     walls |= {(64, 30 + height + gap + y) for y in range(20)}
     _, clearance = with_walls(walls)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The two trees: sound after every sample, their way clear, their samples where they can help."""
+"""The two trees: sound after every sample, with a clear path and samples where they help."""
 
 import itertools
 import math
@@ -25,24 +25,22 @@ from tests.core.maps import (
     sees,
     with_walls,
 )
+from tests.core.searches import Boxes, furnish, seeds, wall_with_gap
 
-Cell = tuple[int, int]
 FROM, TO = middle((20, 64)), middle((108, 64))
 NONE: int = lib.TREE_NONE
-seeds = st.integers(0, 2**32 - 1)
 boxes = st.lists(
     st.tuples(st.integers(0, 110), st.integers(0, 110), st.integers(2, 18), st.integers(2, 18)),
     max_size=14,
 )
 
 
-def furnished(where: list[tuple[int, int, int, int]]) -> CData:
-    cells = {(x + i, y + j) for x, y, w, h in where for i in range(w) for j in range(h)}
-    return with_walls(cells - {(20, 64), (108, 64)})[1]
+def furnished(where: Boxes) -> CData:
+    return with_walls(furnish(where, (20, 64), (108, 64)))[1]
 
 
-def wall_with_gap(gap: range) -> CData:
-    return with_walls({(64, y) for y in range(SIDE) if y not in gap})[1]
+def gap_in_wall(gap: range) -> CData:
+    return with_walls(wall_with_gap(gap))[1]
 
 
 def begin(seed: int = 1, step_cells: float = 20.0) -> CData:
@@ -52,7 +50,7 @@ def begin(seed: int = 1, step_cells: float = 20.0) -> CData:
 
 
 def sample(rrt: CData, clearance: CData, count: int) -> None:
-    """As the planner does it: what is known to be best is told."""
+    """Sample as the planner does: with the best known length."""
     for _ in range(count):
         if lib.rrtstar_sample(rrt, clearance):
             rrt.best_cells = min(rrt.best_cells, cost(rrt))
@@ -68,7 +66,7 @@ def way_of(rrt: CData, clearance: CData, capacity: int = 64) -> list[Steps]:
 
 
 def assert_sound(rrt: CData, clearance: CData) -> Forest:
-    """Both trees hang on their ends, and every edge is in sight."""
+    """Check that both trees are connected to their roots, and that every edge is free."""
     forest = checked(rrt.tree)
     assert forest[0].at == TO
     assert forest[rrt.start_node].at == FROM
@@ -121,7 +119,7 @@ def test_a_sample_says_when_the_way_has_become_shorter(
 
 
 def test_the_seed_decides() -> None:
-    clearance = wall_with_gap(range(10, 20))
+    clearance = gap_in_wall(range(10, 20))
     runs = [begin(seed) for seed in (1, 1, 2)]
     for rrt in runs:
         sample(rrt, clearance, 200)
@@ -132,7 +130,7 @@ def test_the_seed_decides() -> None:
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("step_cells", [5.0, 20.0])
 def test_until_there_is_a_way_no_edge_is_longer_than_a_step(seed: int, step_cells: float) -> None:
-    clearance = wall_with_gap(range(0))
+    clearance = gap_in_wall(range(0))
     rrt = begin(seed, step_cells)
     sample(rrt, clearance, 60)
     forest = assert_sound(rrt, clearance)
@@ -145,7 +143,7 @@ def test_until_there_is_a_way_no_edge_is_longer_than_a_step(seed: int, step_cell
 
 @pytest.mark.parametrize("seed", range(8))
 def test_samples_stay_where_a_shorter_way_could_lead(seed: int) -> None:
-    clearance = wall_with_gap(range(84, SIDE))
+    clearance = gap_in_wall(range(84, SIDE))
     rrt = begin(seed)
     while not rrt.connected:
         sample(rrt, clearance, 1)
@@ -160,7 +158,7 @@ def test_samples_stay_where_a_shorter_way_could_lead(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_closed_wall_is_never_passed_and_in_the_end_it_is_stuck(seed: int) -> None:
-    clearance = wall_with_gap(range(0))
+    clearance = gap_in_wall(range(0))
     rrt = begin(seed)
     while not lib.rrtstar_stuck(rrt):
         sample(rrt, clearance, 10)
@@ -173,7 +171,7 @@ def test_a_closed_wall_is_never_passed_and_in_the_end_it_is_stuck(seed: int) -> 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_full_pool_goes_on_improving(seed: int) -> None:
-    """For each new node a leaf goes; the way's own nodes never."""
+    """Each new node replaces a leaf, never a node of the path."""
     wall = {(x, y) for x in (40, 60, 80) for y in range(SIDE) if y % 25 not in (3, 4, 5)}
     _, clearance = with_walls(wall)
     rrt = begin(seed)
@@ -192,7 +190,7 @@ def test_a_full_pool_goes_on_improving(seed: int) -> None:
 
 @given(seeds, st.integers(0, 400))
 def test_a_way_from_elsewhere_is_taken_in(seed: int, count: int) -> None:
-    clearance = wall_with_gap(range(84, SIDE))
+    clearance = gap_in_wall(range(84, SIDE))
     rrt = begin(seed)
     while not rrt.connected:
         sample(rrt, clearance, 1)
@@ -208,7 +206,7 @@ def test_a_way_from_elsewhere_is_taken_in(seed: int, count: int) -> None:
 
 
 def test_all_but_a_way_is_forgotten() -> None:
-    clearance = wall_with_gap(range(84, SIDE))
+    clearance = gap_in_wall(range(84, SIDE))
     rrt = begin()
     way = [FROM, middle((60, 90)), middle((70, 90)), TO]
     lib.rrtstar_restart_from(rrt, lattice_array(way), len(way))
@@ -223,7 +221,7 @@ WAY = [FROM, middle((50, 100)), middle((60, 95)), middle((70, 95)), middle((90, 
 
 @pytest.mark.parametrize(("before", "after"), [(0, 0), (1, 0), (0, 4), (2, 2), (3, 1)])
 def test_both_sides_begin_with_what_is_left_of_a_broken_way(before: int, after: int) -> None:
-    clearance = wall_with_gap(range(84, 108))
+    clearance = gap_in_wall(range(84, 108))
     rrt = begin()
     lib.rrtstar_mend(rrt, lattice_array(WAY), len(WAY), before, after)
     forest = assert_sound(rrt, clearance)
@@ -241,7 +239,7 @@ def test_both_sides_begin_with_what_is_left_of_a_broken_way(before: int, after: 
 
 
 def test_the_first_samples_after_a_break_come_from_about_it() -> None:
-    clearance = wall_with_gap(range(0))
+    clearance = gap_in_wall(range(0))
     rrt = begin()
     lib.rrtstar_mend(rrt, lattice_array(WAY), len(WAY), 2, 2)
     known = {node.at for node in checked(rrt.tree).values()}
@@ -254,7 +252,7 @@ def test_the_first_samples_after_a_break_come_from_about_it() -> None:
 
 
 def test_a_way_that_does_not_fit_is_not_given() -> None:
-    clearance = wall_with_gap(range(84, 108))
+    clearance = gap_in_wall(range(84, 108))
     rrt = begin()
     lib.rrtstar_restart_from(rrt, lattice_array(WAY), len(WAY))
     full = way_of(rrt, clearance)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ranges paired with the pose at which they were measured, each set used once."""
+"""Ranges are paired with the pose at which they were measured, and each set is used once."""
 
 import math
 
@@ -49,6 +49,14 @@ def ranges(
 
 def beams(mask: int) -> set[int]:
     return {beam for beam in range(lib.SCAN_BEAMS) if mask >> beam & 1}
+
+
+def test_on_all_four_sides_a_wall_is_as_far_from_the_middle_of_the_body() -> None:
+    offset_m = list(lib.scan_config_default().offset_m)
+    scanner = Scanner(offset_m=offset_m)
+    assert scanner.step(0, ranges())
+    assert list(scanner.frame.range_m) == pytest.approx([1.0 + offset_m[0]] * lib.SCAN_BEAMS)
+    assert 0.01 < offset_m[0] < 0.03  # half a Crazyflie's deck
 
 
 @given(st.floats(-2.0, 2.0), st.integers(5, 11), st.integers(0, 180))

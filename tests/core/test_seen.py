@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What was looked at lately: where beams went, for as long as a look counts."""
+"""Recently seen cells: those that beams crossed, for as long as a look counts."""
 
 import math
 
@@ -16,7 +16,7 @@ places_m = st.floats(-3.0, 3.0)
 
 
 def looked(range_m: float, x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0) -> CData:
-    """After one look of the front beam."""
+    """The state after one look of the front beam."""
     seen = ffi.new("seen_t *")
     lib.seen_mark(seen, new_grid(), frame({lib.SCAN_FRONT: range_m}), pose(x_m, y_m, yaw_rad))
     return seen

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The self-test flies, touches every stage, and its number moves with any of them."""
+"""The self-test flies, reaches every stage, and its number changes with any of them."""
 
 import pytest
 
@@ -13,7 +13,7 @@ def start() -> tuple[CData, CData]:
 
 
 def run(test: CData, ticks: int = 1) -> list[int]:
-    """The states met on the way."""
+    """The states met during the run."""
     states = [int(test.nav.status.state)]
     while not lib.selftest_step(test, ticks):
         states += [test.nav.status.state] * (states[-1] != test.nav.status.state)
@@ -21,7 +21,7 @@ def run(test: CData, ticks: int = 1) -> list[int]:
 
 
 def test_this_machine_agrees() -> None:
-    """Where decisions were changed on purpose, the new number belongs into selftest.c: GOLDEN."""
+    """If decisions were changed on purpose, put the new number into selftest.c: GOLDEN."""
     test, _ = start()
     run(test)
     assert f"{test.hash:#010x}" == f"{lib.selftest_golden():#010x}"
@@ -67,7 +67,7 @@ def test_done_stays_done() -> None:
 
 
 def bend_one_bit(field: CData) -> None:
-    """The smallest change of a float."""
+    """Change a float by the smallest step."""
     bits = ffi.cast("uint32_t *", field)
     bits[0] ^= 1
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines of sight: never through anything blocked, refused only beside it; corners by brute force.
+"""Lines of sight: never across anything blocked, refused only next to it; corners by brute force.
 
 The oracle counts in fractions: nothing here rests on rounding but what is tested.
 """
@@ -53,7 +53,7 @@ def free(blocked: Bits, a: Steps, b: Steps) -> bool:
 
 
 def nearest_squared_steps(blocked: Bits, a: Steps, b: Steps) -> float:
-    """From the segment to the nearest blocked cell."""
+    """Squared distance of the segment to the nearest blocked cell."""
     cells = [(int(ix), int(iy)) for iy, ix in np.argwhere(blocked)]
     return float(min((oracles.squared_distance(a, b, c) for c in cells), default=np.inf))
 
@@ -140,7 +140,7 @@ def test_a_point_sees_itself_exactly_if_it_is_free(cell: tuple[int, int]) -> Non
 
 
 def corners_of(clearance: CData) -> dict[tuple[int, int], int]:
-    """Every corner of the grid by its vertex, and of which kind it is."""
+    """Every corner of the grid by its vertex, with its kind."""
     kinds = ffi.new("uint32_t[]", lib.CLEARANCE_CORNER_KINDS)
     found: dict[tuple[int, int], int] = {}
     for iy, word in itertools.product(range(1, SIDE), range(SIDE // 32)):
@@ -154,7 +154,7 @@ def corners_of(clearance: CData) -> dict[tuple[int, int], int]:
 
 
 def expected_corners(blocked: Bits) -> dict[tuple[int, int], int]:
-    """Vertices at which one of four cells is blocked, and which one."""
+    """Vertices with exactly one blocked cell of four, and which one."""
     which = {
         (-1, -1): lib.CLEARANCE_CORNER_LOWER_LEFT,
         (0, -1): lib.CLEARANCE_CORNER_LOWER_RIGHT,

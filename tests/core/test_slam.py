@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""SLAM as a whole: flights of minutes through random rooms, and what it says when it breaks."""
+"""SLAM as a whole: flights of minutes through random rooms, and what it reports when it fails."""
 
 import math
 from functools import cache
@@ -47,7 +47,7 @@ def test_good_odometry_is_left_alone(seed: int) -> None:
 
 
 def test_the_last_pose_is_known_as_well_as_the_others() -> None:
-    """Nothing is judged with hindsight: errors do not grow towards the end."""
+    """No pose is judged with hindsight: errors do not grow towards the end."""
     flight, made, _ = flown(30, "real")
     half = len(flight.truth) // 2
     early = errors(flight.truth[:half], made.poses[:half])
@@ -56,7 +56,7 @@ def test_the_last_pose_is_known_as_well_as_the_others() -> None:
 
 
 def test_it_knows_how_far_off_it_may_be() -> None:
-    """Errors in the frame of the start are within two of its deviations nearly always."""
+    """Errors in the start frame are nearly always within two of its standard deviations."""
     assert np.mean([flown(seed, "real")[2].within_2_sd for seed in SEEDS]) > 0.85
 
 
@@ -67,7 +67,7 @@ def test_the_deviation_is_no_larger_than_needed() -> None:
 
 
 def scanning(ticks: int, slam: CData, grid: CData, x_m: float = 0.0) -> float:
-    """Fly along x between two walls, front and back open, a set every fifth tick; the last x."""
+    """Fly along x between two walls, open at both ends, a set every fifth tick; the last x."""
     frame = ffi.new("scan_frame_t *")
     taken = ffi.new("scan_frame_t *")
     pose = ffi.new("pose2_t *")

@@ -32,7 +32,7 @@ def covariance(filter_: CData) -> Matrix:
 
 
 def any_filter(seed: int) -> CData:
-    """Something correlated, of the size that flights have."""
+    """A filter with correlated errors of the size that flights have."""
     rng = np.random.default_rng(seed)
     filter_ = fresh(*rng.uniform(-2.0, 2.0, 3))
     size = np.array([0.05, 0.05, 0.02, 1e-3, 0.03, 0.01, 0.01, 0.02, 0.02])
@@ -65,7 +65,7 @@ def test_uncertainty_is_carried_along_a_motion(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_a_fit_of_the_pose_corrects_all_states(seed: int) -> None:
-    """As a Kalman update with the pose as measurement."""
+    """It equals a Kalman update with the pose as measurement."""
     rng = np.random.default_rng(200 + seed)
     filter_ = any_filter(seed)
     before = covariance(filter_)
@@ -117,7 +117,7 @@ def test_a_known_direction_turns_as_a_kalman_update(seed: int) -> None:
 
 
 def test_a_wall_seen_again_tells_the_gyro_bias() -> None:
-    """A wall is learned, the gyro errs for a minute, the wall is seen again."""
+    """A wall is learned, the gyro drifts for a minute, the wall is seen again."""
     true_rps = math.radians(0.1)
     filter_ = fresh()
     first = ffi.new("slam_bearing_t *", (0.3, 0.005, 0.0))
@@ -143,3 +143,12 @@ def test_odometry_that_does_not_drift_is_learned_to_be_calm() -> None:
             lib.slam_filter_grow(filter_, noise(), (0.2, 0.0), 0.0, 1.0)
     assert math.sqrt(calm.drift_m2ps2) < 0.004
     assert math.sqrt(rough.drift_m2ps2) > 0.012
+
+
+def test_motion_is_corrected_by_what_is_known_of_its_errors() -> None:
+    """Bias, scale and drift are what odometry reads too much."""
+    known = ffi.new("slam_filter_t *")
+    known.bias_rps, known.scale, known.drift_mps = 0.01, 0.05, (0.02, -0.01)
+    step = ffi.new("pose2_t *", (0.1, 0.05, 0.2))[0]
+    true = lib.slam_filter_move(known, step, 0.1)
+    assert (true.x_m, true.y_m, true.yaw_rad) == pytest.approx((0.093, 0.0485, 0.199), abs=1e-6)

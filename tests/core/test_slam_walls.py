@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Directions of walls: what a beam's line says, and whether directions are listened to at all."""
+"""Wall directions: what a beam's line tells, and whether directions are used at all."""
 
 import math
 
@@ -22,7 +22,7 @@ class Beam:
         self.x_m = 0.0
 
     def see(self, range_m: float | None, yaw_rad: float = 0.0) -> CData | None:
-        """Go on 4 cm; the direction of the line that ended, if any did."""
+        """Move on by 4 cm; return the direction of the line that ended, if one did."""
         self.time_ms += 100
         self.x_m += 0.04
         frame = ffi.new("scan_frame_t *", {"time_ms": self.time_ms})
@@ -73,7 +73,7 @@ def test_a_step_and_a_turn_end_a_line() -> None:
 
 
 def tell(angles_rad: list[float], yaw_error_rad: float) -> tuple[CData, CData]:
-    """These directions one after the other, the last after the yaw went wrong."""
+    """Feed these directions in turn, the last after the yaw went wrong."""
     config = lib.slam_config_default()
     noise = ffi.new("slam_noise_t *", config.noise)
     walls, filter_ = ffi.new("slam_walls_t *"), ffi.new("slam_filter_t *")
@@ -112,7 +112,7 @@ def test_clutter_is_not_listened_to() -> None:
 
 
 def known(walls: CData, filter_: CData, angle_rad: float) -> float | None:
-    """The direction that a wall's normal is taken for, if a known wall is near."""
+    """The direction that a wall's normal is matched to, if a known wall is near."""
     normal = ffi.new("vec2_t *", (math.cos(angle_rad), math.sin(angle_rad)))
     near: bool = lib.slam_walls_know(walls, filter_, normal)
     return math.atan2(normal.y, normal.x) if near else None
@@ -142,7 +142,7 @@ def test_a_wall_far_from_known_directions_keeps_its_own() -> None:
 
 
 def pull_m(slam: CData, bent_m: float) -> float:
-    """How far the match of one echo ahead pulls; the last 0.4 m of a 2 m wall are drawn aside."""
+    """How far a match of one range ahead moves the pose; the wall's last 0.4 m are displaced."""
     grid = ffi.new("grid_t *")
     config = ffi.new("grid_config_t *", lib.grid_config_default())
     lib.grid_init(grid, config, (0.0, 0.0), 0.05)

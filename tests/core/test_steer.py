@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Flying by hand: it goes where the stick points, and no stick takes it into a wall or too far."""
+"""Flying by hand: the drone follows the stick, but never into a wall or too far."""
 
+import cmath
 import math
 
 import pytest
@@ -22,7 +23,7 @@ def steer(
 
 
 def held(flight: Flight, time_s: float, **stick: float) -> set[MissionReason]:
-    """Steer so for some time; all answers."""
+    """Hold this stick for some time; return all answers."""
     answers = set()
     for tick in range(round(1000 * time_s / TICK_MS)):
         if tick % (STICK_MS // TICK_MS) == 0:
@@ -32,7 +33,7 @@ def held(flight: Flight, time_s: float, **stick: float) -> set[MissionReason]:
 
 
 def settled(flight: Flight) -> Flight:
-    """Its nose is where it rests: it looks to and fro while it hovers."""
+    """Let it hover until its heading rests, since a hovering drone looks to and fro."""
     held(flight, 1.0)
     return flight
 
@@ -92,17 +93,20 @@ def test_it_maps_meanwhile(flight: Flight) -> None:
     assert flight.nav.status.known_cells > known
 
 
-def test_the_fence_holds() -> None:
+@pytest.mark.parametrize("side", [1, 1j, -1, -1j])
+def test_the_fence_holds_on_every_side(side: complex) -> None:
     flight = Flight(list(ROOM), new_config())
-    flight.nav.cfg.area_max_m.x = 1.0
+    flight.nav.cfg.area_min_m, flight.nav.cfg.area_max_m = (-1.0, -1.0), (1.0, 1.0)
     flight.nav.cfg.follower.speed_mps = 1.0
     assert flight.command(MissionCmd.TAKE_OFF) == lib.MISSION_OK
     assert flight.run_until(lib.MISSION_HOVER) == lib.MISSION_HOVER
     settled(flight)
-    held(flight, 6.0, ahead=math.cos(flight.yaw_rad), left=-math.sin(flight.yaw_rad))
-    assert 0.9 < flight.x_m < 1.05
-    held(flight, 2.0, ahead=-0.3 * math.cos(flight.yaw_rad), left=0.3 * math.sin(flight.yaw_rad))
-    assert flight.x_m < 0.6
+    for speed_mps, seconds, nearest_m, farthest_m in ((1.0, 6.0, 0.9, 1.05), (-0.3, 2.0, 0.2, 0.6)):
+        stick = speed_mps * side * cmath.rect(1.0, -flight.yaw_rad)
+        held(flight, seconds, ahead=stick.real, left=stick.imag)
+        off = complex(flight.x_m, flight.y_m) / side
+        assert nearest_m < off.real < farthest_m
+        assert abs(off.imag) < 0.2
 
 
 def test_it_turns_and_keeps_its_new_heading(flight: Flight) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pulling a way taut: the shortest on its side of every obstacle, and clear at every step."""
+"""Pulling a path taut: the shortest on its side of every obstacle, and clear at every step."""
 
 import itertools
 import math
@@ -13,6 +13,7 @@ from tests.core import oracles
 from tests.core.maps import (
     PER_CELL,
     SIDE,
+    Cell,
     Point,
     Steps,
     blocked_bits,
@@ -27,7 +28,6 @@ from tests.core.maps import (
     with_walls,
 )
 
-Cell = tuple[int, int]
 CAPACITY: int = lib.TAUT_POINTS
 PAST = lib.CLEARANCE_CORNER_STEPS / PER_CELL
 STEPS_MAX = 2000
@@ -146,7 +146,7 @@ def test_a_step_is_bounded_and_the_slicing_does_not_matter(
 
 
 def past(x: float, y: float, dx: int, dy: int) -> Point:
-    """Just outside a corner that the obstacle lies (-dx, -dy) of."""
+    """A place just outside a corner, with the obstacle at (-dx, -dy) of it."""
     return x + dx * PAST, y + dy * PAST
 
 
@@ -165,7 +165,7 @@ START, GOAL = (40.5, 64.5), (90.5, 63.5)
 
 @pytest.mark.parametrize("up", [1, -1])
 def test_round_one_box_on_either_side(up: int) -> None:
-    """The other side may be shorter: a string round a post does not jump over it."""
+    """The other side may be shorter, but a taut path stays on its side of a post."""
     side = 72 if up == 1 else 58
     way = [START, (50.5, 64.5 + 30 * up), (64.5, 64.5 + 35 * up), (80.5, 64.5 + 30 * up), GOAL]
     corners = [past(60, side, -1, up), past(68, side, 1, up)]
@@ -199,14 +199,14 @@ def test_a_slalom() -> None:
 
 
 def test_a_corner_on_the_outer_side_does_not_hold_the_string() -> None:
-    """The way has a point past a cell that lies left of it, but turns left there."""
+    """The path has a point beyond a cell on its left, but turns left there."""
     where = {(58, 65), (59, 67)}
     way = [(58.5, 70.5), past(59, 66, 1, 1), (61.5, 64.5)]
     assert_shortest(where, way, [way[0], past(59, 67, -1, -1), way[2]])
 
 
 def upper_hull(spots: list[Point]) -> list[Point]:
-    """From left to right."""
+    """The upper hull from left to right."""
     hull: list[Point] = []
     for x, y in sorted(spots):
         while len(hull) >= 2:

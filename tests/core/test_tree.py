@@ -29,7 +29,7 @@ SPREADS = (40, 3000, STEPS_MAX)  # all in one place, in a few buckets, everywher
 
 
 def above(forest: Forest, i: int) -> list[int]:
-    """A node and all above it."""
+    """A node and all its ancestors."""
     way = [i]
     while forest[way[-1]].parent != NONE:
         way.append(forest[way[-1]].parent)
@@ -37,7 +37,7 @@ def above(forest: Forest, i: int) -> list[int]:
 
 
 def turned_round(forest: Forest, node: int, parent: int) -> None:
-    """In the model: what was above the node hangs below it."""
+    """Reverse an edge chain in the model: the node's ancestors become its descendants."""
     way = above(forest, node)
     for child, new in zip(way, [parent, *way], strict=False):
         forest[child] = replace(forest[child], parent=new)
@@ -48,7 +48,7 @@ def hanging_on(forest: Forest, root: int) -> set[int]:
 
 
 class Random:
-    """Operations on a tree, drawn at random, and on the model of it."""
+    """Random operations on a tree and on a model of it."""
 
     def __init__(self, seed: int) -> None:
         self.rng = random.Random(seed)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names say their units: every float in a header of the core ends in one, or is a known ratio."""
+"""Names carry their units: each float in a core header ends in one, or is a known ratio."""
 
 import re
 from pathlib import Path

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The wave: reaches what a plain breadth-first search reaches, and finds a way that is clear.
+"""The wavefront reaches what a plain breadth-first search reaches, and finds a clear path.
 
 How far it says that a cell is, a plain oracle says too: every other wave goes to 8 neighbours.
 """
@@ -13,6 +13,7 @@ from ground.core import CData, ffi, lib
 from tests.core import oracles
 from tests.core.maps import (
     SIDE,
+    Cell,
     Steps,
     blocked_bits,
     fill,
@@ -32,7 +33,6 @@ from tests.core.maps import (
 
 # Obstacles dense enough to make closed rooms, in a corner of the grid that a fence cuts off.
 BOX = 20
-Cell = tuple[int, int]
 CELL_M = 0.05
 inside = st.tuples(st.integers(0, BOX - 1), st.integers(0, BOX - 1))
 mazes = st.sets(inside, min_size=60, max_size=200)
@@ -71,7 +71,7 @@ def reached(wave: CData) -> set[Cell]:
 
 
 def path_of(wave: CData, clearance: CData, capacity: int = 400) -> list[Steps]:
-    """From the target back to the root, walked anew."""
+    """The path from the target back to the root, followed independently."""
     array = ffi.new("lattice_t[]", capacity)
     wave.walked = wave.points = 0
     count = lib.wavefront_path(wave, clearance, array, capacity, SIDE * SIDE)
@@ -133,7 +133,7 @@ def test_a_goal_is_met_exactly_if_there_is_a_way_and_the_way_is_clear(
 
 @given(mazes, inside)
 def test_the_waves_are_as_many_as_the_plain_count(where: set[Cell], start: Cell) -> None:
-    """Each cell is reached in its wave, told by its label: the wave's number modulo 3."""
+    """Each cell is reached in its wave, as its label says: the wave's number modulo 3."""
     grid, clearance = box(where - {start})
     (cell,) = shifted({start})
     wave = start_wave(lib.WAVEFRONT_EVERYWHERE, cell)
@@ -147,7 +147,7 @@ def test_the_waves_are_as_many_as_the_plain_count(where: set[Cell], start: Cell)
 
 
 def test_in_the_open_waves_are_octagons() -> None:
-    """So no way is taken for much longer or shorter, against another, than it is."""
+    """So no path is taken for much longer or shorter than it is, compared with another."""
     grid, clearance = with_walls([])
     ratios = []
     for angle in np.linspace(0.0, np.pi / 2, 19):

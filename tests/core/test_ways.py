@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a way is hard to find: gaps that rounding to cells closes, halls without echoes."""
+"""Paths that are hard to find: gaps that rounding to cells closes, halls without returns."""
 
 from ground.core import lib
 from tests.core.room import ROOM, Flight, box_walls, new_config

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pieces of the map: what is written is read, and nothing else is."""
+"""Map packets: what is written is read, and nothing else is."""
 
 import random
 
@@ -34,7 +34,7 @@ rows = st.lists(tiles(), min_size=1, max_size=12)
 
 
 def write(first: int, epoch: int, given: list[Tile]) -> tuple[bytes, int]:
-    """A piece of these tiles and how many of them are in it."""
+    """Write a packet of these tiles; return it and how many of them fitted."""
     wire, tile = ffi.new("wire_map_t *"), ffi.new("wire_tile_t *")
     lib.wire_map_begin(wire, first, epoch)
     count = 0
@@ -49,7 +49,7 @@ def write(first: int, epoch: int, given: list[Tile]) -> tuple[bytes, int]:
 
 
 def read(data: bytes) -> tuple[int, list[tuple[int, bool, list[int], list[int]]]] | None:
-    """Epoch and tiles of a piece; None if it is refused."""
+    """Epoch and tiles of a packet; None if it is refused."""
     wire, epoch, tile = (ffi.new(f"{kind} *") for kind in ("wire_map_t", "uint8_t", "wire_tile_t"))
     if not lib.wire_map_open(wire, data, epoch):
         return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whole simulated flights of the app: a client on the radio, and all that passes by the app.
+"""Whole simulated flights of the app, with a client on the radio, and all inputs of the app.
 
 It is the simulator that users fly, with the app compiled for this machine; the recording is what
 the app compiled for the chip must repeat.
@@ -13,24 +13,15 @@ from functools import cache
 from typing import Final
 
 from ground.core import MissionCmd, MissionState, lib
-from ground.logblocks import log_blocks
-from ground.model import (
-    AppMessage,
-    AppRequest,
-    Beat,
-    Command,
-    Event,
-    Heartbeat,
-    HelloRequest,
-    Point,
-    SnapshotRequest,
-)
+from ground.link.logblocks import log_blocks
+from ground.link.wire import decode_message, encode_request
+from ground.model import AppMessage, Beat, Event, Point
+from ground.requests import AppRequest, Command, Heartbeat, HelloRequest, SnapshotRequest
 from ground.sim.calls import RecordedFirmware, Recording
 from ground.sim.crtp import Port, decode, encode
 from ground.sim.firmware import Entry
 from ground.sim.runtime import Options, Simulator
 from ground.sim.world import load_world
-from ground.wire import decode_message, encode_request
 from tests.firmware.flights import ALL, Flight
 
 REFUSED_AT_S: Final = 2.0
@@ -54,7 +45,7 @@ _LOG_CONTROL, _PARAM_WRITE = 1, 2
 
 
 class _Client:
-    """A ground station without a clock of its own."""
+    """A ground station on simulated time."""
 
     def __init__(self, flight: Flight) -> None:
         self.firmware = RecordedFirmware()
@@ -79,7 +70,7 @@ class _Client:
         self.state = MissionState.PLAN  # until it is heard again
 
     def ask_for_logs(self) -> None:
-        """The blocks that the ground station asks for."""
+        """Request the log blocks that the ground station requests."""
         ids = _numbers(self.firmware.log_entries())
         for number, block in enumerate(log_blocks(MAP_PERIOD_MS)):
             pairs = [(_TYPES.index(kind), ids[name]) for name, kind in block.variables]
@@ -93,7 +84,7 @@ class _Client:
         self._deliver(Port.PARAM, _PARAM_WRITE, struct.pack("<H", number) + value)
 
     def step(self) -> None:
-        """Let the simulator take a step, hear what the drone says."""
+        """Advance the simulator by a step and receive what the drone sends."""
         self._simulator.step()
         for _, datagram in self._simulator.outgoing():
             packet = decode(datagram)
@@ -123,7 +114,7 @@ def _numbers(entries: list[Entry]) -> dict[str, int]:
 
 
 def _choices(flight: Flight) -> dict[str, int]:
-    """Parameters that are not as the app begins with them."""
+    """Parameters that differ from the app's defaults."""
     chosen = {"planner": flight.planner, "slam": flight.slam, "yawMode": flight.yaw_mode}
     usual = {"planner": lib.NAV_PLANNER_RRTSTAR, "slam": lib.NAV_SLAM_MAP, "yawMode": 0}
     return {f"way.{name}": value for name, value in chosen.items() if value != usual[name]}
@@ -131,7 +122,7 @@ def _choices(flight: Flight) -> dict[str, int]:
 
 @dataclass(frozen=True)
 class Flown:
-    """A flight, and what the drone has told of it."""
+    """A flight, and what the drone has reported of it."""
 
     recording: Recording
     states: set[int]
@@ -140,7 +131,7 @@ class Flown:
 
 @cache
 def record(flight: Flight) -> Flown:
-    """Fly it until it rests on the floor again, or the time is over."""
+    """Fly until the drone rests on the floor again, or the time is over."""
     client = _Client(flight)
     goal = load_world(flight.world).spec.demo_goal_m or (2.0, 1.0)
     client.say(HelloRequest())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The app of a recorded flight on the chip: what differs, what its task costs."""
+"""Replays a recorded flight of the app on the chip: what differs, and what its task costs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ APP_STAGES: Final = {
 
 @dataclass(frozen=True)
 class AppReplay:
-    """A flight of the app on the chip; difference is None if every bit of it is as here."""
+    """A flight of the app on the chip; `difference` is None if every bit is the same as here."""
 
     flown: Flown
     run: Run
@@ -42,7 +42,7 @@ class AppReplay:
 
 @cache
 def replay_app(flight: Flight, flags: str) -> AppReplay:
-    """Fly, then let the app on the chip be told the same, call by call."""
+    """Fly here, then make the same calls to the app on the chip."""
     flown = record(flight)
     run = Chip(build(APP, flags)).run(bytes(flown.recording.calls), (PERIOD, *APP_STAGES.values()))
     there, stack = run.output[:-4], run.output[-4:]

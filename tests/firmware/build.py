@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compile test programs for this machine and for the chip, and the cycle model for this machine."""
+"""Compiles test programs for this machine and the chip, and the cycle model for this machine."""
 
 import atexit
 import shutil
@@ -19,7 +19,7 @@ MODEL = ("m4_decode.c", "m4_cost.c", "m4_hooks.c")
 
 @dataclass(frozen=True)
 class Program:
-    """A test program: its own C files and those that it is about."""
+    """A test program: its own C files and those that it tests."""
 
     name: str
     sources: tuple[Path, ...]
@@ -28,19 +28,19 @@ class Program:
 
 
 def core_program(name: str, *files: str) -> Program:
-    """Files of this folder, and the core."""
+    """A program of files of this folder and the core."""
     own = tuple(HERE / file for file in files)
     return Program(name, (*own, *sorted(CORE.glob("*.c"))), (HERE, CORE))
 
 
 def app_stack_bytes() -> int:
-    """What the firmware is told to give the app's task; it counts in words."""
+    """Stack size that the firmware is told to give the app's task; the firmware counts words."""
     text = (FIRMWARE_APP / "app-config").read_text()
     return 4 * int(text.partition("CONFIG_APP_STACKSIZE=")[2].split()[0])
 
 
 def app_program() -> Program:
-    """The app, the core and what stands in for the firmware; only for the chip."""
+    """The app, the core and stand-ins for the firmware; only for the chip."""
     parts = [FIRMWARE_APP / part for part in ("app", "core", "host")]
     code = [path for part in parts for path in sorted(part.glob("*.c"))]
     code = [path for path in code if path.name != "coroutine.c"]
@@ -64,7 +64,7 @@ def workshop() -> Path:
 
 @cache
 def build(program: Program, flags: str | None = None) -> Path:
-    """The program for the chip under a set of flags, or for this machine."""
+    """Build the program for the chip with a set of flags, or for this machine."""
     toolchain = FLAG_SETS[flags] if flags else HOST
     folder = workshop() / f"{program.name}-{flags or 'host'}"
     folder.mkdir()

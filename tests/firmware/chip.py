@@ -61,7 +61,7 @@ _WATCHED = 24  # M4_WATCHED
 
 
 class ChipError(Exception):
-    """The program did what the chip cannot do."""
+    """The program did something that the chip cannot do."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def _registers(ffi: FFI) -> dict[str, Any]:
 
 
 class Chip:
-    """One chip with one program in its flash."""
+    """A chip with one program in its flash."""
 
     def __init__(self, program: Path) -> None:
         self._uc: Any = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
@@ -111,7 +111,7 @@ class Chip:
         self._output = bytearray()
 
     def run(self, data: bytes, watch: Sequence[str] = ()) -> Run:
-        """From reset to the program's end, with this input."""
+        """Run from reset to the program's end, with this input."""
         ffi, lib = _model()
         self._input, self._output = memoryview(data), bytearray()
         low, top = self.symbols["chip_stack_low"], self.symbols["chip_stack_top"]
@@ -128,7 +128,7 @@ class Chip:
             lib.m4_hooks_free(hooks)
 
     def _map_memory(self) -> None:
-        """Flash as our own memory, which the cycle model reads too; the boot loader's is absent."""
+        """Map flash to our memory, which the cycle model reads too; the boot loader is absent."""
         uc, skip = self._uc, BOOT_LOADER_BYTES
         permission = UC_PROT_READ | UC_PROT_EXEC
         uc.mem_map_ptr(FLASH + skip, FLASH_BYTES - skip, permission, self._base + skip)
@@ -148,7 +148,7 @@ class Chip:
             return {symbol.name: symbol["st_value"] for symbol in table.iter_symbols()}
 
     def _add_hooks(self, ffi: FFI, lib: Any, hooks: Any) -> list[Any]:  # noqa: ANN401
-        """C functions as hooks, which Unicorn's Python interface does not offer."""
+        """Add C functions as hooks, which Unicorn's Python interface does not support."""
         added = []
         for kind, function in (
             (UC_HOOK_BLOCK, lib.m4_hooks_on_block),
@@ -181,7 +181,7 @@ class Chip:
             raise ChipError(f"{error} in {self.function_at(pc)}, sp {sp:#x}") from error
 
     def function_at(self, address: int) -> str:
-        """Name of the symbol that an address lies in, for messages."""
+        """Name of the symbol that contains an address, for messages."""
         before = [(value, name) for name, value in self.symbols.items() if value <= address | 1]
         return f"{max(before)[1]} ({address:#x})"
 

@@ -35,7 +35,7 @@ READY: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """What to fly; the parameters of the core are the defaults but for those named."""
+    """What to fly; the core's parameters are the defaults except for the named ones."""
 
     world: str
     seed: int = 1
@@ -85,7 +85,7 @@ FEW: Final = (ALL[6], ALL[16], ALL[18], ALL[20])
 
 
 class _Loop:
-    """The core in a body in a room."""
+    """The core controlling a body in a room."""
 
     def __init__(self, flight: Flight) -> None:
         self.flight = flight
@@ -132,7 +132,7 @@ class _Loop:
 
 
 def _configuration(flight: Flight, kept: Mapping[str, float]) -> CData:
-    """Defaults, the room's area, the flight's choices."""
+    """Defaults, the room's area and the flight's choices."""
     cfg = ffi.new("nav_config_t *")
     lib.nav_config_default(cfg)
     for corner, suffix in ((cfg.area_min_m, "0"), (cfg.area_max_m, "1")):
@@ -145,7 +145,7 @@ def _configuration(flight: Flight, kept: Mapping[str, float]) -> CData:
 
 
 def measure(plant: Plant, given: CData) -> None:
-    """What app_sensors.c makes of the firmware's variables."""
+    """Convert the firmware's variables as app_sensors.c does."""
     seen: Readings = plant.readings
     odometry = given.odometry
     odometry.time_ms = round(plant.time_s * 1000)
@@ -166,7 +166,7 @@ def measure(plant: Plant, given: CData) -> None:
 
 
 def steer(wanted: CData) -> Setpoint:
-    """What app_setpoint.c makes of the core's wish."""
+    """Convert the core's command as app_setpoint.c does."""
     if not wanted.motors:
         return Setpoint()
     return Setpoint(
@@ -184,7 +184,7 @@ def steer(wanted: CData) -> Setpoint:
 
 @cache
 def record(flight: Flight) -> Recording:
-    """Fly it until it stands on the floor again, or the time is over."""
+    """Fly until the drone stands on the floor again, or the time is over."""
     loop = _Loop(flight)
     while loop.time_s < COMMAND_AT_S:
         loop.tick()
@@ -200,5 +200,5 @@ def record(flight: Flight) -> Recording:
 
 
 def arrived(recording: Recording) -> bool:
-    """It reached its goal, or saw all that can be reached."""
+    """Whether it reached its goal, or explored everything that can be reached."""
     return bool({EventCode.ARRIVED, EventCode.EXPLORED} & set(recording.events))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rooms in which somebody walks, and flights of the core that watch how near they come."""
+"""Rooms with a walking person, and flights of the core that record how near the person comes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def box(name: str, low: Point, high: Point, height_m: float = 2.5) -> Obstacle:
 
 
 def room(west: float, south: float, east: float, north: float) -> tuple[Obstacle, ...]:
-    """Four walls around the inside that is named; the drone takes off at 0, 0."""
+    """Four walls around this inside; the drone takes off at 0, 0."""
     out = _WALL_M
     return (
         box("west wall", (west - out, south - out), (west, north + out)),
@@ -41,21 +41,21 @@ def room(west: float, south: float, east: float, north: float) -> tuple[Obstacle
 def person(
     way: Sequence[Point], start_s: float, speed_mps: float = 0.5, gone_s: float = math.inf
 ) -> Obstacle:
-    """Somebody who enters at the first point, walks along the others once, and is gone later."""
+    """A person who enters at the first point, walks along the others once, and disappears later."""
     motion = Motion(tuple(way[1:]), speed_mps, start_s)
     body = Obstacle(PERSON, way[0], (0.0, 0.0), 0.0, PERSON_RADIUS_M, 0.0, 1.75, 0.5)
     return replace(body, motion=motion, appears_s=start_s, vanishes_s=gone_s)
 
 
 def visit(bearing_deg: float, from_m: float, up_to_m: float) -> list[Point]:
-    """The way to a place that far from the take-off, and back."""
+    """The path to within a distance of the take-off place, and back."""
     angle = math.radians(bearing_deg)
     far, near = ((r * math.cos(angle), r * math.sin(angle)) for r in (from_m, up_to_m))
     return [far, near, far]
 
 
 class Watched:
-    """The core in a simulated body in such a room."""
+    """The core in a simulated body in such a room, recorded."""
 
     def __init__(self, obstacles: Sequence[Obstacle], seed: int) -> None:
         self._world = World(WorldSpec("people", "people", (0.0, 0.0), 0.0, tuple(obstacles)))
@@ -79,11 +79,11 @@ class Watched:
 
     @property
     def place_m(self) -> tuple[float, float]:
-        """Where it truly is."""
+        """The true position."""
         return self.plant.truth.position_m[:2]
 
     def obstacles_m(self) -> set[tuple[float, float]]:
-        """Middles of the cells that its map calls occupied."""
+        """Centres of the occupied cells of its map."""
         grid, found = ffi.addressof(self.nav, "grid"), set()
         for iy in range(lib.GRID_SIDE_CELLS):
             for ix in range(lib.GRID_SIDE_CELLS):

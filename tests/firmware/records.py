@@ -54,7 +54,7 @@ def setpoint_bytes(setpoint: CData) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """What one record gave, cut into its parts."""
+    """The output for one record, cut into its parts."""
 
     kind: str
     setpoint: bytes = b""
@@ -84,7 +84,7 @@ def outputs(data: bytes) -> Iterator[Output]:
 
 
 def first_difference(here: bytes, there: bytes) -> str | None:
-    """In words, where two outputs part; None if they are the same."""
+    """Describe where two outputs begin to differ; None if they are the same."""
     if here == there:
         return None
     for number, (ours, theirs) in enumerate(zip(outputs(here), outputs(there), strict=False)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One input through one program here and on the chip: what differs, and what it costs there."""
+"""Runs a program on the same input here and on the chip: what differs, and what it costs there."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Final
 
 from tests.firmware.build import FLIGHT, Program, build
 from tests.firmware.chip import Chip, Run
-from tests.firmware.flights import Flight, Recording, record
+from tests.firmware.flights import FEW, Flight, Recording, record
 from tests.firmware.records import first_difference, outputs
 
 STAGES: Final = {
@@ -27,7 +27,7 @@ STAGES: Final = {
     "plan: route": "route_build",
     "watch": "nav_watch",
     "look": "seen_mark",
-    "comers": "grid_judge",
+    "intruders": "grid_classify_echo",
     "fade": "grid_fade",
     "motion": "nav_move",
     "motion: clear": "route_clear_m",
@@ -36,11 +36,18 @@ STAGES: Final = {
 """Stages of a tick and the function that each of them is."""
 
 TICK: Final = "nav_step"
+RUNS: Final = (*((flight, "firmware") for flight in FEW), (FEW[0], "strict"))
+"""Every flight as the real firmware is compiled; one with other flags, which change nothing."""
+
+
+def part_name(part: Flight | str) -> str:
+    """Name of one half of a run."""
+    return part if isinstance(part, str) else part.name
 
 
 @dataclass(frozen=True)
 class Replay:
-    """A flight on the chip; difference is None if every bit of it is as here."""
+    """A flight on the chip; `difference` is None if every bit is the same as here."""
 
     recording: Recording
     run: Run
@@ -48,14 +55,14 @@ class Replay:
 
 
 def on_this_machine(program: Program, data: bytes) -> bytes:
-    """What the program writes when this machine runs it."""
+    """The program's output on this machine."""
     command = [str(build(program))]
     return subprocess.run(command, input=data, capture_output=True, check=True).stdout
 
 
 @cache
 def replay(flight: Flight, flags: str) -> Replay:
-    """Fly, then let the chip compute the same flight from the same inputs."""
+    """Fly here, then let the chip compute the same flight from the same inputs."""
     recording = record(flight)
     data = bytes(recording.records)
     here = on_this_machine(FLIGHT, data)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The chip decides what this machine decides, bit for bit, in whole flights and beside them."""
+"""The chip decides the same as this machine, bit for bit, in whole flights and outside them."""
 
 import pytest
 
@@ -7,11 +7,10 @@ from ground.core import MissionState
 from tests.firmware.build import FLAG_SETS, SCENARIO, build
 from tests.firmware.chip import Chip
 from tests.firmware.flights import ALL, FEW, Flight, arrived, record
-from tests.firmware.replay import on_this_machine, replay
+from tests.firmware.replay import RUNS, on_this_machine, part_name, replay
 
 
-@pytest.mark.parametrize("flags", FLAG_SETS)
-@pytest.mark.parametrize("flight", FEW, ids=lambda flight: flight.name)
+@pytest.mark.parametrize(("flight", "flags"), RUNS, ids=part_name)
 def test_a_whole_flight_is_the_same_on_the_chip(flight: Flight, flags: str) -> None:
     done = replay(flight, flags)
     assert arrived(done.recording)

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The app itself on the chip: a whole flight call by call, its stack, and what a period costs."""
+"""The app itself on the chip: a whole flight call by call, its stack, and the cost of a period."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,18 +10,18 @@ from ground.core import EventCode, MissionState
 from tests.bench.cycles import AROUND_LIMIT_CYCLES, SAFETY
 from tests.firmware.app_flights import FEW
 from tests.firmware.app_replay import APP_STAGES, PERIOD, AppReplay, replay_app
-from tests.firmware.build import APP, FLAG_SETS, app_stack_bytes, build
+from tests.firmware.build import APP, app_stack_bytes, build
 from tests.firmware.chip import Chip, ChipError
 from tests.firmware.replay import TICK
-from tests.tools.gates import STACK_LIMIT_BYTES, stack_bytes
-from tests.tools.objects import CHIP, compile_tree
+from tests.tools.gates import STACK_LIMIT_BYTES, deepest
+from tests.tools.objects import call_graph
 
 SWITCH_BYTES = 204  # what FreeRTOS saves on a task's stack when another runs
 
 
-@pytest.fixture(params=FLAG_SETS)
-def done(request: pytest.FixtureRequest) -> AppReplay:
-    return replay_app(FEW[0], request.param)
+@pytest.fixture(scope="module")
+def done() -> AppReplay:
+    return replay_app(FEW[0], "firmware")
 
 
 def test_the_app_says_on_the_chip_what_it_says_here(done: AppReplay) -> None:
@@ -33,8 +32,8 @@ def test_the_app_says_on_the_chip_what_it_says_here(done: AppReplay) -> None:
     assert b"way.height refused" in told and b"command 2 refused" in told
 
 
-def test_a_difference_of_one_bit_is_found() -> None:
-    recording = replay_app(FEW[0], "firmware").flown.recording
+def test_a_difference_of_one_bit_is_found(done: AppReplay) -> None:
+    recording = done.flown.recording
     there = bytearray(recording.outcome)
     assert recording.first_difference(bytes(there)) is None
     assert recording.first_difference(bytes(there[:-1])) is not None
@@ -47,14 +46,14 @@ def test_the_stack_of_the_task_is_large_enough(done: AppReplay) -> None:
     assert 0 < done.stack_bytes <= STACK_LIMIT_BYTES
 
 
-def test_the_stack_is_never_deeper_than_computed(tmp_path: Path) -> None:
-    measured = replay_app(FEW[0], "firmware").stack_bytes
-    assert measured <= stack_bytes(compile_tree(CHIP, tmp_path))
+def test_the_stack_is_never_deeper_than_computed(done: AppReplay) -> None:
+    computed, _ = deepest(call_graph(build(APP, "firmware").parent))
+    assert done.stack_bytes <= computed
 
 
-def test_a_stack_that_overflows_ends_the_run() -> None:
+def test_a_stack_that_overflows_ends_the_run(done: AppReplay) -> None:
     small = replace(APP, name="app-small", flags=("-DAPP_STACK_BYTES=768",))
-    calls = bytes(replay_app(FEW[0], "firmware").flown.recording.calls)
+    calls = bytes(done.flown.recording.calls)
     with pytest.raises(ChipError, match="sp 0x"):
         Chip(build(small, "firmware")).run(calls)
 

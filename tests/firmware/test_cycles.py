@@ -4,11 +4,10 @@
 import pytest
 
 from tests.bench.cycles import SAFETY, TICK_LIMIT_CYCLES
-from tests.firmware.flights import FEW, Flight
-from tests.firmware.replay import TICK, replay
+from tests.firmware.flights import Flight
+from tests.firmware.replay import RUNS, TICK, part_name, replay
 
 
-@pytest.mark.parametrize("flags", ["strict", "firmware"])
-@pytest.mark.parametrize("flight", FEW, ids=lambda flight: flight.name)
+@pytest.mark.parametrize(("flight", "flags"), RUNS, ids=part_name)
 def test_the_worst_tick_is_within_its_budget(flight: Flight, flags: str) -> None:
     assert SAFETY * replay(flight, flags).run.cycles[TICK].max() <= TICK_LIMIT_CYCLES

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is built for the chip holds the parameters and log variables that are documented."""
+"""The chip's ELF holds the documented parameters and log variables."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from tests.tools.objects import CHIP, FIRMWARE_APP
 
 @pytest.fixture(scope="module")
 def elf(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Of the app's files that declare tables; what they call is not linked."""
+    """An ELF of the app's files that declare tables, without what they call."""
     folder = tmp_path_factory.mktemp("elf")
     files = [
         path for path in (FIRMWARE_APP / "app").glob("*.c") if "_GROUP_START" in path.read_text()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Somebody walks up to the drone: it gives way early, hits no wall, and comes back."""
+"""A person walks up to the drone: it yields early, hits no wall, and comes back."""
 
 import math
 from dataclasses import replace

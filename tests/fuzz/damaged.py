@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that are damaged, or whole but make no sense: recordings, maps, worlds."""
+"""Damaged files, and intact ones that make no sense: recordings, maps, worlds."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from ground.errors import GroundError
-from ground.map import GroundMap
-from ground.mapfile import load_map, save_map
-from ground.picture import Picture
-from ground.record import RecordedLink
-from ground.recording import read_session
+from ground.map.files import load_map, save_map
+from ground.map.groundmap import GroundMap
+from ground.record.reader import read_session
+from ground.record.recorder import RecordedLink
 from ground.sim.world import World
 from ground.sim.worldfile import WORLDS_DIR, read_world
+from ground.station.picture import Picture
 from tests.ground.fakelink import FakeLink
 from tests.ground.stations import telemetry
 
@@ -31,7 +31,7 @@ ODD_FLOATS = (math.nan, math.inf, -math.inf, 0.0, -0.0, 1e-45, 1e38, 1e9, -1.0)
 
 
 def mutated(random: Random, data: bytes) -> bytes:
-    """Some bytes changed, removed, doubled or put in."""
+    """Change, remove, duplicate or insert some bytes."""
     found = bytearray(data)
     for _ in range(random.choice((1, 1, 2, 5, 20))):
         at = random.randrange(len(found) + 1)
@@ -90,13 +90,13 @@ def _in_file(name: str, data: bytes, read: Callable[[Path], object]) -> None:
 
 
 def recording(random: Random) -> None:
-    """A recording that is damaged ends early."""
+    """A damaged recording only ends early."""
     data = mutated(random, a_recording())
     _in_file("flight.mcap", data, read_session)
 
 
 def odd_map(random: Random) -> bytes:
-    """Whole, but of arrays that make no sense."""
+    """An intact file with arrays that make no sense."""
     grid = GroundMap()
     arrays: dict[str, Any] = {
         "states": grid.states,
@@ -116,7 +116,7 @@ def odd_map(random: Random) -> bytes:
 
 
 def map_file(random: Random) -> None:
-    """A map that is none is refused."""
+    """A file that is no valid map is refused."""
     data = odd_map(random) if random.random() < 0.5 else mutated(random, a_map())
     _in_file("map.npz", data, load_map)
 
@@ -127,7 +127,7 @@ def worlds() -> tuple[str, ...]:
 
 
 def world(random: Random) -> None:
-    """What a world file says is refused, or can be built."""
+    """A world file is refused, or can be built."""
     lines = random.choice(worlds()).splitlines()
     for _ in range(random.choice((1, 2, 8))):
         at = random.randrange(len(lines))

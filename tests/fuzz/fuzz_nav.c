@@ -82,14 +82,21 @@ static void take_events(void) {
   REQUIRE(!nav_take_event(&drone.nav, &event));
 }
 
-static void take_map_piece(void) {
-  uint8_t bytes[WIRE_MAP_BYTES];
+static void take_map_piece(uint8_t *piece) {
   uint8_t epoch;
   wire_map_t map;
   wire_tile_t tile;
-  nav_next_map_piece(&drone.nav, bytes);
-  REQUIRE(wire_map_open(&map, bytes, &epoch) && wire_map_read(&map, &tile));
+  nav_next_map_piece(&drone.nav, piece);
+  REQUIRE(wire_map_open(&map, piece, &epoch) && wire_map_read(&map, &tile));
   REQUIRE(epoch == drone.nav.epoch);
+}
+
+/** A piece of its own map comes back, with some bits turned. */
+static void give_map_piece(bytes_t *bytes) {
+  uint8_t piece[WIRE_MAP_BYTES];
+  take_map_piece(piece);
+  piece[take_below(bytes, WIRE_MAP_BYTES)] ^= take_u8(bytes);
+  REQUIRE(!nav_take_map_piece(&drone.nav, piece) || !mission_airborne(drone.nav.mission.state));
 }
 
 /** From inside along a direction to the walls. */
@@ -277,7 +284,9 @@ static void interpret(bytes_t *bytes) {
     break;
   case 7:
     take_events();
-    take_map_piece();
+    break;
+  case 11:
+    give_map_piece(bytes);
     break;
   case 12:
     steer(bytes);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Python decodes from outside, fed with nonsense that is nearly right.
+"""Fuzzing of Python's decoders with inputs that are nearly valid.
 
 A target is a function of a random generator: the same seed, the same nonsense. It raises where
 something is accepted that should not be, or breaks. What may be refused is refused with the
@@ -16,17 +16,17 @@ from collections.abc import Callable
 from random import Random
 
 from ground.core import PACKET_BYTES, WIRE_VERSION, WireType
-from ground.logblocks import LogBlock, log_blocks
+from ground.link.logblocks import LogBlock, log_blocks
+from ground.link.wire import decode_message
 from ground.model import Incoming
 from ground.sim.runtime import Options, Simulator
 from ground.sim.world import World
 from ground.sim.worldfile import read_world
-from ground.station import Station
+from ground.station.station import Station
 from ground.web.cockpit import Cockpit
 from ground.web.fleet import Fleet
-from ground.web.frames import NO_TRAIL, map_frame, state_frame
+from ground.web.frames import NOTHING, map_frame, state_frame
 from ground.web.page import Page
-from ground.wire import decode_message
 from tests.fuzz.damaged import ODD_FLOATS, SPECIAL, map_file, recording, world
 from tests.ground.fakelink import FakeLink
 
@@ -44,7 +44,7 @@ REQUESTS = (  # port, channel, and the length of what belongs there
 
 
 def datagram(random: Random) -> bytes:
-    """A request, its body mostly of small numbers, or anything."""
+    """A request whose body has mostly small numbers, or random bytes."""
     if random.random() < 0.1:
         return random.randbytes(random.randrange(40))
     port, channel, length = random.choice(REQUESTS)
@@ -57,7 +57,7 @@ def datagram(random: Random) -> bytes:
 
 
 def crtp(random: Random) -> None:
-    """Three clients talk nonsense to one drone, which goes on answering."""
+    """Three clients send nonsense to one drone, which keeps answering."""
     simulator = Simulator(World(read_world("empty")), Options(seed=1))
     for _ in range(400):
         simulator.deliver(random.choice(CLIENTS), datagram(random))
@@ -78,7 +78,7 @@ def crtp(random: Random) -> None:
 
 
 def app_packet(random: Random) -> bytes:
-    """Of our version and a known type, else anything."""
+    """A packet of our version and a known type, or random bytes."""
     length = random.choice((*range(2, PACKET_BYTES + 1), PACKET_BYTES))
     body = random.randbytes(length - 2)
     if random.random() < 0.5:
@@ -87,7 +87,7 @@ def app_packet(random: Random) -> bytes:
 
 
 def log_values(random: Random, block: LogBlock) -> dict[str, float]:
-    """Numbers as the types of the block's variables hold them."""
+    """Numbers as the types of the block's variables can hold them."""
     found: dict[str, float] = {}
     for name, kind in block.variables:
         if kind in ("float", "FP16"):
@@ -99,7 +99,7 @@ def log_values(random: Random, block: LogBlock) -> dict[str, float]:
 
 
 def ground(random: Random) -> None:
-    """Whatever a drone says, the page can show what the ground makes of it."""
+    """Whatever a drone sends, the page can show what the ground makes of it."""
     station = Station(FakeLink())
     blocks = log_blocks(20)
     for _ in range(60):
@@ -111,7 +111,7 @@ def ground(random: Random) -> None:
             message = block.decode(random.getrandbits(24), log_values(random, block))
         if message is not None:
             station._take(message)
-    text, _ = state_frame(Cockpit(station), random.choice((NO_TRAIL, (5, 5), (0, 10**6))))
+    text, _ = state_frame(Cockpit(station), random.choice((NOTHING, ((5, 5), (0, 10**6)))))
     json.loads(text)
     map_frame(station.picture)
     assert 0.0 <= station.picture.map.completeness <= 1.0
@@ -121,7 +121,7 @@ def ground(random: Random) -> None:
 
 
 def json_value(random: Random, depth: int = 0) -> object:
-    """Any JSON there is, odd numbers included."""
+    """Any JSON value, odd numbers included."""
     kinds: list[Callable[[], object]] = [
         lambda: random.choice(SPECIAL),
         lambda: random.choice(ODD_FLOATS),
@@ -141,7 +141,7 @@ class _Silent:
 
 
 def wishes(random: Random) -> None:
-    """Whatever a page wishes, it is answered or ignored, and a stop is taken."""
+    """Whatever a page requests is answered or ignored, and a stop is accepted."""
 
     async def run() -> None:
         fleet = Fleet.of(Cockpit(), Cockpit())

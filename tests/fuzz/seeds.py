@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Flights that the nav target begins from, in the language of fuzz_nav.c."""
+"""Flights from which the nav target starts, in the language of fuzz_nav.c."""
 
 import struct
 
@@ -50,7 +50,8 @@ def steer(ahead: float, turn: float = 0.0) -> bytes:
 
 
 LISTEN = bytes([7])
-TAKE_OFF, GOTO, EXPLORE, HOME, LAND, HOLD, SCAN, FORGET = range(1, 9)
+MAP = bytes([11, 0, 0])
+TAKE_OFF, GOTO, EXPLORE, HOME, LAND, HOLD, SCAN, FORGET, RELOCALISE, SPIN = range(1, 11)
 HEIGHT, BATTERY, TIME = 3, 8, 9  # of lie()
 PLANNER = 11  # of configure()
 CAN_FLY, LINK_ALIVE = 3, 6  # of flip()
@@ -104,6 +105,8 @@ NAV = {
     + lie(HEIGHT, absurd(3))
     + step(9)
     + LISTEN,
+    "restarted": MAP * 9 + command(RELOCALISE) + step(1500) + LISTEN,
+    "spin": command(SPIN) + step(600) + LISTEN,
     "high": lie(HEIGHT, absurd(10)) + step(1) + command(TAKE_OFF) + step(30) + LISTEN,
     "battery": command(EXPLORE)
     + step(300)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A drone in memory, behind the Link seam: it acknowledges, and can be deaf, slow or unwilling."""
+"""A drone in memory behind the Link interface: it answers, and can be deaf, slow or unwilling."""
 
 from __future__ import annotations
 
@@ -9,19 +9,21 @@ from collections.abc import AsyncIterator, Callable
 from ground.core import Capability, MissionCmd, MissionReason, SelfTest
 from ground.model import (
     Ack,
-    Command,
-    EmergencyStop,
     Health,
-    Heartbeat,
     Hello,
-    HelloRequest,
     Incoming,
     LinkChange,
     LinkState,
     LinkStats,
-    Outgoing,
     ParameterValue,
     Point,
+)
+from ground.requests import (
+    Command,
+    EmergencyStop,
+    Heartbeat,
+    HelloRequest,
+    Outgoing,
     SetParameter,
     Waypoints,
 )
@@ -31,7 +33,7 @@ HELLO = Hello(Capability.RRTSTAR, 0, 0.05, 128, Point(-3.2, -3.2))
 
 
 class FakeLink:
-    """Implements Link. `sent` is everything that the station handed over, `acts` commands once."""
+    """Implements Link; `sent` holds all that the station sent, `acts` each command once."""
 
     def __init__(
         self,
@@ -60,17 +62,17 @@ class FakeLink:
         self._inbox.put_nowait(None)
 
     def say(self, *messages: Incoming) -> None:
-        """Let the station hear this."""
+        """Deliver a message to the station."""
         for message in messages:
             self._inbox.put_nowait(message)
 
     @property
     def idle(self) -> bool:
-        """Everything that was said has been taken."""
+        """Wait until everything delivered has been taken."""
         return self._inbox.empty()
 
     def lose(self) -> None:
-        """The link breaks."""
+        """Break the link."""
         self.say(LinkChange(LinkState.LOST, "broken"))
         self._inbox.put_nowait(None)
 

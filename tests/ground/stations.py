@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What tests of the station say to it, and how they run it."""
+"""Messages for tests of the station, and how they run it."""
 
 import asyncio
 import itertools
 from collections.abc import Awaitable, Callable
 
-from ground.core import EventCode, MissionReason, MissionState
-from ground.missing import MapPacket
-from ground.model import Event, MapPiece, Point, Pose, Telemetry
-from ground.station import Station, station_on
-from ground.wire import encode_map_piece
+from ground.core import EventCode, MissionCmd, MissionReason, MissionState
+from ground.link.wire import encode_map_piece
+from ground.model import Event, MapPacket, MapPiece, Point, Pose, Telemetry
+from ground.station.settling import fly_when_settled
+from ground.station.station import Station, station_on
 from tests.ground.fakelink import FakeLink
 
 GOAL = Point(1.0, 2.0)
@@ -26,7 +26,7 @@ def event(code: EventCode, argument: int = 0, drone_ms: int = 100, place: Point 
 
 
 def packet_of(piece: MapPiece, drone_ms: int = 0) -> MapPacket:
-    """One tile as it comes in a log packet."""
+    """One tile as a log packet carries it."""
     return MapPacket(drone_ms, encode_map_piece(piece))
 
 
@@ -39,7 +39,13 @@ def with_station(link: FakeLink, work: Callable[[Station], Awaitable[None]]) -> 
 
 
 async def heard(link: FakeLink) -> None:
-    """Let the station take everything that was said."""
+    """Wait until the station has taken everything that was delivered."""
     while not link.idle:
         await asyncio.sleep(0)
     await asyncio.sleep(0)
+
+
+async def take_off(station: Station) -> None:
+    """Take off as soon as the drone is ready, and wait until it hovers."""
+    outcome = await fly_when_settled(station, MissionCmd.TAKE_OFF)
+    assert outcome.reached, outcome

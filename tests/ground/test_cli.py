@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command line: help that helps, errors with the next step, exit codes, figures as JSON."""
+"""The command line: help, errors with the next step, exit codes, figures as JSON."""
 
 import json
 import os
@@ -14,10 +14,10 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from ground import cli_start
 from ground.checks import Check, write_report
-from ground.cli import app
-from ground.cli_parts import EXITS
+from ground.cli import start
+from ground.cli.app import app
+from ground.cli.parts import EXITS, finish
 from ground.core import MissionReason
 from ground.nextsteps import after
 from ground.progress import bar, waiting
@@ -32,7 +32,7 @@ COMMANDS = (*MEASURING, "ground", "plot", "map", "bench")
 
 @pytest.fixture
 def dead_uri() -> str:
-    """Nobody answers there."""
+    """A URI at which nobody answers."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
@@ -52,7 +52,7 @@ def helped(command: str) -> str:
 def test_alone_it_shows_what_to_try_first_in_commands_that_exist() -> None:
     result = run()
     assert result.exit_code == 0
-    lines = [line for lines in cli_start.DAY.values() for line in lines]
+    lines = [line for lines in start.DAY.values() for line in lines]
     assert lines[0] == "wayflie demo"
     for line in lines:
         assert line in result.output
@@ -104,7 +104,7 @@ def test_nobody_there_is_one_line_what_to_do_and_exit_1(
     assert result.exit_code == 1
     assert result.stderr.splitlines() == [
         f"wayflie: nobody answers at {dead_uri} (connection refused)",
-        "  next: start one: `wayflie sim`, in another terminal",
+        "  next: start a simulator: `wayflie sim`, in another terminal",
     ]
     assert result.stdout == ""
 
@@ -122,10 +122,28 @@ def test_json_goes_to_standard_output_and_words_beside_it(dead_uri: str, tmp_pat
     assert run("doctor", "--uri", dead_uri).stdout != ""
 
 
-def test_a_report_that_cannot_be_written_is_told_before_it_flies(tmp_path: Path) -> None:
-    result = run("goto", "1", "2", "--json", str(tmp_path / "none" / "out.json"))
+@pytest.mark.parametrize(
+    "typed",
+    [
+        "goto 1 2 --json", "goto 1 2 --record", "map save", "map save a.png --from b --poses",
+        "campaign --plot", "campaign --resume", "campaign --only 1 --world", "plot b --image",
+        "replay b --rerun --into", "sim --record-inputs", "sim --eeprom",
+    ],
+)  # fmt: skip
+def test_a_file_that_cannot_be_written_is_told_before_anything_flies(typed: str) -> None:
+    result = run(*typed.split(), "/nowhere/a.png")
     assert result.exit_code == 2
-    assert "no folder" in result.stderr
+    assert "there is no folder /nowhere" in result.stderr
+
+
+def test_a_file_that_cannot_be_opened_is_told_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    def work() -> bool:
+        Path("/").write_text("")
+        return True
+
+    with pytest.raises(SystemExit, match="1"):
+        finish(work)
+    assert capsys.readouterr().err == "wayflie: /: Is a directory\n"
 
 
 def test_uri_may_come_from_the_environment(dead_uri: str) -> None:
@@ -140,12 +158,16 @@ def test_uri_may_come_from_the_environment(dead_uri: str) -> None:
         ("goto one 2", "'X'"), ("goto 1", "'Y'"), ("goto 1 nan", "nan"), ("fly", "X,Y"),
         ("fly 1", "'1'"), ("fly 1,inf", "inf"), ("land 7", "(7)"), ("launch", "launch"),
         ("land --uri carrier-pigeon://1", "carrier-pigeon"), ("sim --profile none", "perfect"),
+        ("sim --speed -1", "speed"), ("sim --loss 2", "loss"),
         ("sim --world atlantis", "clutter"), ("demo --headless --world atlantis", "clutter"),
         ("campaign --kind none", "moving"), ("campaign --set a", "PARAMETER=NUMBER"),
         ("map save room.txt", ".yaml"), ("plot no.mcap --image room.txt", ".svg"),
         ("spin --turns 99", "20"), ("bench slam --against a", "pf"),
         ("replay a.mcap --json -", "--rerun"), ("map save a.png --poses b.csv", "--from"),
-        ("campaign --world a.toml", "--only"),
+        ("campaign --world a.toml", "--only"), ("ground --uri foo://1", "foo://1"),
+        ("ground --uri udp://a:1@1,inf", "inf"), ("sim --speed 0", "--speed"),
+        ("map load a.yaml --pose 1,2,nan", "nan"), ("sim --eeprom README.md", "README.md"),
+        ("fly 1,2,3", "X,Y in metres"),
     ],
 )  # fmt: skip
 def test_wrong_usage_is_exit_2_and_says_what_is_wrong(typed: str, named: str) -> None:
@@ -166,7 +188,9 @@ def test_every_reason_of_a_refusal_has_a_next_step() -> None:
 
 
 def test_without_the_compiled_core_it_says_what_to_do(tmp_path: Path) -> None:
-    lacking = "import sys; sys.modules['ground._core'] = None; from ground.cli import main; main()"
+    lacking = (
+        "import sys; sys.modules['ground._core'] = None; from ground.cli.app import main; main()"
+    )
     for words in ([], ["--help"], ["goto", "1", "2"]):
         command = [sys.executable, "-c", lacking, *words]
         done = subprocess.run(command, capture_output=True, text=True)
@@ -175,7 +199,10 @@ def test_without_the_compiled_core_it_says_what_to_do(tmp_path: Path) -> None:
     assert len(done.stderr.splitlines()) == 2
 
 
-def test_progress_is_quiet_where_output_is_piped(tmp_path: Path) -> None:
+def test_progress_is_quiet_where_output_is_piped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TERM", "xterm")
     with (tmp_path / "out").open("w+") as file:
         console = Console(file=file)
         with waiting(console, "long"), bar(console) as progress:

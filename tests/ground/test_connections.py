@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every way that people connect; simulators that die, fall silent and come back as others."""
+"""All kinds of connections; simulators that die, fall silent and return as another."""
 
 import asyncio
 import os
@@ -14,15 +14,16 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ground.cli import app
-from ground.core import MissionCmd, MissionReason, MissionState
+from ground.cli.app import app
+from ground.core import MissionCmd, MissionState
 from ground.errors import LinkLost, LinkUnavailable
-from ground.flight import fly
-from ground.link_kept import KeptLink
-from ground.link_radio import RadioLink
+from ground.link.kept import KeptLink
+from ground.link.radio import RadioLink
 from ground.model import LinkState, Point
 from ground.sim.process import SimulatorProcess
-from ground.station import Station, station_on
+from ground.station.flight import fly
+from ground.station.station import Station, station_on
+from tests.ground.stations import take_off
 from tests.ground.uartbridge import UartBridge
 
 ARGUMENTS = ("--world", "empty", "--speed", "5")
@@ -35,17 +36,9 @@ async def until(condition: Callable[[], bool]) -> None:
 
 
 async def link_is(station: Station, *states: LinkState) -> None:
-    """Pass through these, one after the other."""
+    """Wait for these link states in turn."""
     for state in states:
         await until(lambda state=state: station.picture.link.state is state)
-
-
-async def up_in_the_air(station: Station) -> None:
-    while True:
-        outcome = await fly(station, MissionCmd.TAKE_OFF)
-        if outcome.reason is not MissionReason.ESTIMATOR:
-            assert outcome.reached, outcome
-            return
 
 
 @ONCE
@@ -54,7 +47,7 @@ def test_silence_is_survived_with_mission_and_map() -> None:
         process = simulator._process
         assert process is not None
         async with station_on(KeptLink(lambda: RadioLink(simulator.uri))) as station:
-            await up_in_the_air(station)
+            await take_off(station)
             known = station.picture.map.known_cells
             assert known > 0
             process.send_signal(signal.SIGSTOP)
@@ -76,7 +69,7 @@ def test_a_drone_that_comes_back_anew_is_known_as_such() -> None:
     async def work(simulator: SimulatorProcess) -> None:
         port = int(simulator.uri.rpartition(":")[2])
         async with station_on(KeptLink(lambda: RadioLink(simulator.uri))) as station:
-            await up_in_the_air(station)
+            await take_off(station)
             flight = asyncio.create_task(fly(station, MissionCmd.GOTO, Point(1.0, 0.5)))
             await until(lambda: station.picture.state is MissionState.FOLLOW)
             threads = threading.active_count()
@@ -89,7 +82,7 @@ def test_a_drone_that_comes_back_anew_is_known_as_such() -> None:
                     assert station.picture.state is MissionState.IDLE
                     assert station.picture.map.known_cells == 0
                     assert not station.picture.trail
-                    await up_in_the_air(station)
+                    await take_off(station)
                     reborn.kill()
             with pytest.raises(LinkLost, match="restarted"):
                 await flight
@@ -125,7 +118,7 @@ def test_serial_through_cflibs_own_driver() -> None:
         async with station_on(RadioLink(uri)) as station:
             await until(lambda: station.picture.map.completeness == 1)
             assert await station.set_parameter("way.goalX", 1.25) == 1.25
-            await up_in_the_air(station)
+            await take_off(station)
             assert (await fly(station, MissionCmd.LAND)).reached
             assert station.stats.bad_packets == 0
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The enums of Python are those of C, all of them, and all have words."""
+"""Python's enums are those of C, complete, and all have words."""
 
 from enum import IntEnum, IntFlag
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the doc comments of the C source say of the parameters, against the firmware itself."""
+"""The parameters as the doc comments of the C source describe them, against the firmware itself."""
 
 import pytest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`wayflie doctor` names what is missing, each with what to do about it."""
+"""`wayflie doctor` names what is missing, each with its next step."""
 
 import json
 import os
@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ground.cli import app
+from ground.cli.app import app
+from ground.cli.doctor import DECKS, Seen, judge
+from ground.cli.machine import Finding, UsbDevice, Verdict, machine, usb_devices
 from ground.core import SelfTest
-from ground.doctor import DECKS, Seen, judge
-from ground.doctor_machine import Finding, UsbDevice, Verdict, machine, usb_devices
 from ground.model import Health
 from ground.sim.process import READY, SimulatorProcess
 
@@ -40,7 +40,7 @@ def test_a_drone_that_is_well_is_said_to_be() -> None:
         (replace(WELL, loss=0.25), "loss", NOTE, "25.0%", "channel"),
         (replace(WELL, latency_ms=300.0), "latency", NOTE, "300 ms", "other programs"),
         (replace(WELL, bad_packets=3), "protocol", BAD, "3 packets", "make flash"),
-        (replace(WELL, health=None), "logs", BAD, "no figures", "--verbose"),
+        (replace(WELL, health=None), "logs", BAD, "no values", "--verbose"),
         (replace(WELL, health=replace(HEALTH, battery_v=3.1)), "battery", BAD, "3.10", "charge"),
         (replace(WELL, health=replace(HEALTH, battery_v=3.3)), "battery", NOTE, "short", "charge"),
         (replace(WELL, health=replace(HEALTH, supervisor=0)), "supervisor", NOTE, "let", "armed"),
@@ -151,7 +151,7 @@ if sys.argv.pop() == "no-app":
 else:
     Firmware.appchannel_push = lambda self, data: push(self, bytes((77,)) + data[1:])
     Firmware.appchannel_take = lambda self: (data := take(self)) and bytes((77,)) + data[1:]
-from ground.sim.command import sim
+from ground.cli.sim import sim
 import typer
 typer.run(sim)
 """
@@ -159,7 +159,7 @@ typer.run(sim)
 
 @contextmanager
 def other_firmware(kind: str) -> Iterator[str]:
-    """A simulator with another firmware in it; its URI."""
+    """A simulator with another firmware; its URI."""
     command = [sys.executable, "-c", OTHER_FIRMWARE, "--port", "0", "--world", "empty", kind]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every example runs, one after the other on one simulated drone, and does what it says."""
+"""Every example runs on one simulated drone and does what it says."""
 
 import os
 import subprocess
@@ -25,7 +25,7 @@ SAYS = {
 
 @pytest.fixture(scope="module")
 def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What each of them has printed; they ran in their folder."""
+    """What each example printed; they ran in their own folder."""
     folder = tmp_path_factory.mktemp("examples")
     said = {"": str(folder)}
     with SimulatorProcess("--world", "empty", "--speed", "max") as simulator:

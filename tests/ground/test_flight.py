@@ -13,26 +13,28 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from ground.cli import app
+from ground.cli.app import app
 from ground.core import MissionCmd, MissionReason, MissionState
-from ground.flight import fly
-from ground.link_radio import RadioLink
+from ground.link.radio import RadioLink
 from ground.model import Beat, Event, LinkState, LogMessage, Point
-from ground.recording import read_recording
+from ground.nextsteps import after
+from ground.record.reader import read_recording
 from ground.sim.process import SimulatorProcess
-from ground.station import Station, station_on
+from ground.station.flight import fly
+from ground.station.station import Station, station_on
+from tests.ground.stations import take_off
 
 
 @pytest.fixture
 def simulator(request: pytest.FixtureRequest) -> Iterator[SimulatorProcess]:
-    """Fast, in the empty world, unless the test says more."""
+    """A fast simulator of the empty world, unless the test says otherwise."""
     arguments: list[str] = getattr(request, "param", [])
     with SimulatorProcess("--world", "empty", "--speed", "max", *arguments) as simulator:
         yield simulator
 
 
 def run(*arguments: str) -> tuple[int, str]:
-    """A command of `wayflie`: exit code and what it says on stderr."""
+    """Run a command of `wayflie`; exit code and standard error."""
     result = CliRunner().invoke(app, list(arguments))
     return result.exit_code, result.stderr
 
@@ -71,7 +73,7 @@ def test_a_goal_outside_is_refused_in_words(simulator: SimulatorProcess) -> None
     assert code == 1
     sentence, step = errors.splitlines()
     assert sentence == "wayflie: could not go to a point: the goal is outside the map's grid"
-    assert step.startswith("  next: a nearer place")
+    assert step == f"  next: {after(MissionReason.OUTSIDE_GRID)}"
     code, errors = run("land", "--uri", simulator.uri)
     assert (code, errors) == (1, "wayflie: could not land: it is not flying\n")
     assert simulator.stop()["path_m"] < 0.1, "it never took off"
@@ -96,7 +98,7 @@ def test_saved_map_is_the_flown_one(simulator: SimulatorProcess, tmp_path: Path)
 def test_a_tenth_of_all_packets_lost_is_survived(simulator: SimulatorProcess) -> None:
     async def work() -> None:
         async with station_on(RadioLink(simulator.uri)) as station:
-            await until_settled(station)
+            await take_off(station)
             outcome = await fly(station, MissionCmd.GOTO, Point(1.0, 0.5))
             assert outcome.reached, outcome
             assert (await fly(station, MissionCmd.LAND)).reached
@@ -121,16 +123,6 @@ def test_parameters_get_through_where_answers_are_lost(simulator: SimulatorProce
 
     assert asyncio.run(work()) == pytest.approx(heights_m)
     assert simulator.stop()["datagrams_lost_down"] > 0
-
-
-async def until_settled(station: Station) -> None:
-    """Until the drone would take off; a scan is refused on the ground, whatever else holds."""
-    while True:
-        outcome = await fly(station, MissionCmd.TAKE_OFF)
-        if outcome.reason is not MissionReason.ESTIMATOR:
-            assert outcome.reached, outcome
-            return
-        await asyncio.sleep(0.05)
 
 
 @pytest.mark.parametrize("simulator", [["--speed", "5"]], indirect=True)
@@ -180,7 +172,7 @@ def test_states_pass_in_order(simulator: SimulatorProcess) -> None:
 
     async def work() -> None:
         async with station_on(RadioLink(simulator.uri)) as station:
-            await until_settled(station)
+            await take_off(station)
             assert station.picture.state.airborne
             await fly(station, MissionCmd.LAND)
             seen.extend(MissionState(e.argument) for e in station.picture.events)

@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How the ground learns that a flight has ended, and how."""
+"""How the ground learns that a flight has ended, and with which outcome."""
 
 import asyncio
 
 import pytest
 from rich.console import Console
 
+from ground.cli.session import landing_on_interrupt
 from ground.core import EventCode, MissionCmd, MissionReason, MissionState, SelfTest
-from ground.flight import fly
-from ground.model import Command, Event, Health, Telemetry
-from ground.session import fly_when_settled
-from ground.station import Station
+from ground.errors import LinkLost
+from ground.model import Event, Health, LinkChange, LinkState, Telemetry
+from ground.requests import Command
+from ground.station import flight
+from ground.station.flight import fly
+from ground.station.settling import fly_when_settled
+from ground.station.station import Station
 from tests.ground.fakelink import FakeLink
 from tests.ground.stations import GOAL, event, heard, telemetry, with_station
 
@@ -54,8 +58,8 @@ def test_events_decide_how_a_flight_ended(
     with_station(link, work)
 
 
-def say_later(link: FakeLink, *messages: Event | Telemetry) -> None:
-    """What comes after the command was acknowledged."""
+def say_later(link: FakeLink, *messages: Event | Telemetry | LinkChange) -> None:
+    """Deliver messages after the command was acknowledged."""
     asyncio.get_running_loop().call_later(0.05, link.say, *messages)
 
 
@@ -80,7 +84,7 @@ def test_what_was_heard_while_the_acknowledgement_was_lost_does_not_count() -> N
     ("argument", "words"),
     [
         (0, "done"),
-        (1, "explored, but for places that looking did not show"),
+        (1, "explored, except for places that could not be observed"),
         (None, "it landed before everything was explored"),
     ],
 )
@@ -133,6 +137,37 @@ def test_telemetry_decides_where_the_event_was_lost() -> None:
     with_station(link, work)
 
 
+def test_one_look_at_the_end_of_a_take_off_is_enough() -> None:
+    link = FakeLink()
+    rising = [telemetry(t, MissionState.TAKEOFF) for t in range(50, 1000, 50)]
+    link.on_command = lambda command: say_later(link, *rising, telemetry(1000, MissionState.HOVER))
+
+    async def work(station: Station) -> None:
+        assert (await fly(station, MissionCmd.TAKE_OFF)).reached
+
+    with_station(link, work)
+
+
+def test_a_rest_that_passes_is_no_arrival() -> None:
+    link = FakeLink()
+    there = [telemetry(t, MissionState.HOVER, 1.0, 2.0) for t in range(50, 4000, 50)]
+    stuck = event(EventCode.FAULT, MissionReason.STUCK, drone_ms=4000)
+    link.on_command = lambda command: say_later(link, *there, stuck)
+
+    async def work(station: Station) -> None:
+        assert (await fly(station, MissionCmd.GOTO, GOAL)).reason is MissionReason.STUCK
+
+    with_station(link, work)
+
+
+def test_a_drone_that_begins_anew_does_not_go_on_with_its_flight() -> None:
+    link = FakeLink()
+    anew = LinkChange(LinkState.RESTARTED, "the drone was restarted")
+    link.on_command = lambda command: say_later(link, telemetry(50, MissionState.FOLLOW), anew)
+    with pytest.raises(LinkLost, match="restarted"):
+        with_station(link, lambda station: fly(station, MissionCmd.GOTO, GOAL))
+
+
 def test_hovering_elsewhere_is_not_arriving() -> None:
     link = FakeLink()
     elsewhere = [telemetry(t, MissionState.HOVER, 0.0, 2.0) for t in range(0, 7000, 50)]
@@ -163,8 +198,11 @@ def test_an_event_of_the_flight_before_does_not_count() -> None:
     with_station(link, work)
 
 
-@pytest.mark.parametrize(("locked", "tries"), [(False, 2), (True, 1)])
-def test_a_supervisor_that_is_not_ready_again_is_waited_for(locked: bool, tries: int) -> None:
+@pytest.mark.parametrize(("locked", "tries"), [(None, 2), (False, 2), (True, 1)])
+def test_a_supervisor_that_is_not_ready_again_is_waited_for(
+    locked: bool | None, tries: int
+) -> None:
+    """So is one of which nothing has been heard yet (None)."""
     link = FakeLink()
     commands: list[Command] = []
 
@@ -178,11 +216,32 @@ def test_a_supervisor_that_is_not_ready_again_is_waited_for(locked: bool, tries:
     link.on_command = answer
 
     async def work(station: Station) -> None:
-        link.say(Health(1, 4.0, 0.0, 0, 0, 0, 0, 0, 1 << 6 if locked else 0, SelfTest.NOT_RUN))
-        while station.picture.health is None:
-            await asyncio.sleep(0.01)
-        outcome = await fly_when_settled(station, MissionCmd.GOTO, GOAL, Console(quiet=True))
-        assert outcome.reached is not locked
+        if locked is not None:
+            link.say(Health(1, 4.0, 0.0, 0, 0, 0, 0, 0, 1 << 6 if locked else 0, SelfTest.NOT_RUN))
+            await heard(link)
+        outcome = await fly_when_settled(station, MissionCmd.GOTO, GOAL)
+        assert outcome.reached == (not locked)
 
     with_station(link, work)
     assert len(commands) == tries
+
+
+def test_the_end_does_not_wait_for_ever_for_a_landing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(flight, "LANDING_S", 0.01)
+    link = FakeLink()
+
+    async def fly_until_ctrl_c(station: Station) -> None:
+        async with landing_on_interrupt(station, Console(quiet=True)):
+            await asyncio.Event().wait()
+
+    async def work(station: Station) -> None:
+        link.say(telemetry(1000, MissionState.HOVER))
+        await heard(link)
+        flying = asyncio.create_task(fly_until_ctrl_c(station))
+        await asyncio.sleep(0)
+        flying.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await flying
+
+    with_station(link, work)
+    assert [act.cmd for act in link.acts] == [MissionCmd.LAND]

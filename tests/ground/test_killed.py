@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A program that is killed while it records loses seconds, no more."""
+"""A program that is killed while recording loses only seconds of it."""
 
 import subprocess
 import sys
@@ -7,8 +7,8 @@ import time
 from pathlib import Path
 
 from ground.model import Telemetry
-from ground.record import SENT
-from ground.recording import read_entries, read_recording, read_session
+from ground.record.reader import Heard, read_entries, read_recording, read_session
+from ground.record.recorder import SENT
 from ground.sim.process import SimulatorProcess
 
 RECORDED_S = 6.0
@@ -16,7 +16,7 @@ LOST_S = 3.0
 
 
 def test_a_recording_replays_to_within_seconds_of_a_kill(tmp_path: Path) -> None:
-    """Of a ground station that only listens, which fills the file more slowly than a flight."""
+    """The ground station only listens, which fills the file more slowly than a flight."""
     file = tmp_path / "killed.mcap"
     with SimulatorProcess("--speed", "1") as simulator:
         station = subprocess.Popen(
@@ -35,6 +35,6 @@ def test_a_recording_replays_to_within_seconds_of_a_kill(tmp_path: Path) -> None
             station.wait()
     last_s = max(time_s for time_s, _ in read_recording(file))
     assert killed_s - last_s < LOST_S
-    heard = [word.message for word in read_session(file) if not word.sent]
+    heard = [word.message for word in read_session(file) if isinstance(word, Heard)]
     assert len([message for message in heard if isinstance(message, Telemetry)]) > 20
     assert any(entry.topic.startswith(SENT) for entry in read_entries(file))

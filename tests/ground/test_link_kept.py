@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A link that is kept up: what its reader sees when links break and drones start anew."""
+"""A link that is kept up: what its reader sees when links break and drones restart."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -10,18 +10,10 @@ from hypothesis import strategies as st
 
 from ground.core import MissionState
 from ground.errors import LinkUnavailable, ProtocolMismatch
-from ground.link_kept import KeptLink
-from ground.logstream import CLOCK_MS, LONGEST_GAP_MS, RESTART_MS, restarted
-from ground.model import (
-    Console,
-    HelloRequest,
-    Incoming,
-    LinkChange,
-    LinkState,
-    LinkStats,
-    MapPiece,
-    Outgoing,
-)
+from ground.link.kept import KeptLink
+from ground.link.logstream import CLOCK_MS, LONGEST_GAP_MS, RESTART_MS, restarted
+from ground.model import Console, Incoming, LinkChange, LinkState, LinkStats, MapPiece
+from ground.requests import HelloRequest, Outgoing
 from tests.ground.stations import packet_of, telemetry
 
 CONNECTED = LinkChange(LinkState.CONNECTED, "")
@@ -30,7 +22,7 @@ PIECE = packet_of(MapPiece(0, 0, bytes(64), ()))
 
 
 class ScriptedLink:
-    """Says what it is told, then ends; or waits where it is told so by None."""
+    """Delivers a script of messages and then ends, or waits where the script has None."""
 
     def __init__(self, *script: Incoming | None, error: Exception | None = None) -> None:
         self._script, self._error = script, error
@@ -64,7 +56,7 @@ def at(drone_ms: int) -> Incoming:
 
 
 def heard(*links: ScriptedLink) -> list[Incoming]:
-    """What a reader hears of these links, one after the other, until the last has ended."""
+    """What a reader hears from these links in turn, until the last has ended."""
     supply = iter(links)
     kept = KeptLink(lambda: next(supply, ScriptedLink(error=ProtocolMismatch("no more"))))
 
@@ -136,7 +128,7 @@ def test_figures_are_of_all_links() -> None:
 
 
 def closed_while_it_searches(*script: ScriptedLink) -> tuple[list[Incoming], int]:
-    """What is heard when the link is closed shortly after it was lost; and links not asked for."""
+    """What is heard if the link is closed shortly after a loss, and the links left unused."""
     links = iter(script)
 
     async def run() -> list[Incoming]:

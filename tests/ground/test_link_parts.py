@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the radio link is made of: the queue between threads, log packets, log blocks."""
+"""The parts of the radio link: the queue between threads, log packets, log blocks."""
 
 import asyncio
 import math
@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ground.core import MissionState, Source
-from ground.inbox import Inbox
-from ground.logblocks import LogBlock, Values, decode_source, decode_telemetry, log_blocks
-from ground.logstream import CLOCK_MS, LogStream
+from ground.link.inbox import Inbox
+from ground.link.logblocks import LogBlock, Values, decode_source, decode_telemetry, log_blocks
+from ground.link.logstream import CLOCK_MS, LogStream
 from ground.model import LogMessage, Positioned, Ranges, Telemetry
 from ground.words import SOURCE_WORDS
 
@@ -50,7 +50,7 @@ def test_ranges_know_nothing_from_near() -> None:
 
 
 class Recorder:
-    """A log block of period 20 ms and what comes out of it."""
+    """A log block of period 20 ms and the messages that come out of it."""
 
     def __init__(self) -> None:
         self.times_ms: list[int] = []

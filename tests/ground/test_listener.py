@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who waits for an event gets it, whatever else comes in."""
+"""A listener that waits for an event gets it, whatever else comes in."""
 
 import asyncio
 
 from ground.core import EventCode
-from ground.listener import LISTENER_MESSAGES, Listener
 from ground.model import Console, Event, Incoming, LinkChange, LinkState, Point
+from ground.station.listener import LISTENER_MESSAGES, Listener
 
 EVENT = Event(3, 1000, EventCode.ARRIVED, 1, Point(2.0, 1.0))
 CHATTER = [Console("tick\n")] * (LISTENER_MESSAGES + 1)

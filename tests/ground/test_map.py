@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ground's map equals the drone's, whatever order, loss and repetition the pieces came in."""
+"""The ground's map equals the drone's, whatever the order, loss and repetition of packets."""
 
 import itertools
 import random
@@ -12,16 +12,15 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from ground.core import GRID_SIDE_CELLS, TILES, CData, CellState, ffi, lib
-from ground.map import NO_POINT, GroundMap
-from ground.missing import MapPacket
-from ground.model import Capability, Hello, MapPiece, Point
+from ground.map.groundmap import NO_POINT, GroundMap
+from ground.model import Capability, Hello, MapPacket, MapPiece, Point
 
 MIDDLE = GRID_SIDE_CELLS // 2
 
 
 @pytest.fixture(scope="module")
 def grid() -> CData:
-    """A drone's grid with a handful of obstacles, as the core makes it."""
+    """A drone's grid with some obstacles, as the core makes it."""
     grid = ffi.new("grid_t *")
     cfg = ffi.new("grid_config_t *", lib.grid_config_default())
     lib.grid_init(grid, cfg, (0.3, -0.2), 0.05)
@@ -86,7 +85,7 @@ def test_points_lie_where_the_drone_has_them(grid: CData) -> None:
 
 
 def lattice(places_m: NDArray[np.float64], grid: CData) -> set[tuple[int, ...]]:
-    """In eighths of a cell, which is as fine as points are kept."""
+    """A point in eighths of a cell, the resolution at which points are kept."""
     eighths = (places_m - [grid.origin_m.x, grid.origin_m.y]) / grid.cell_m * 8 - 0.5
     return {tuple(row) for row in np.rint(eighths).astype(int).tolist()}
 

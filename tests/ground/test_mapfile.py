@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A written map can be read again, by others too."""
+"""A map file can be read again, by other programs too."""
 
 from pathlib import Path
 from xml.etree import ElementTree
@@ -10,14 +10,14 @@ import pytest
 
 from ground.core import CellState
 from ground.errors import BadInput, GroundError
-from ground.map import GroundMap
-from ground.mapfile import PIXELS_PER_CELL, check_free, save_map
+from ground.map.files import PIXELS_PER_CELL, check_free, save_map
+from ground.map.groundmap import GroundMap
 from ground.model import MapPiece
 
 
 @pytest.fixture
 def grid() -> GroundMap:
-    """South-west tile free, with one wall cell in its second row."""
+    """A map whose south-west tile is free, with one wall cell in its second row."""
     states = bytearray([CellState.FREE] * 64)
     states[8 + 3] = CellState.OCCUPIED
     grid = GroundMap()
@@ -51,13 +51,15 @@ def test_other_kinds_are_refused(grid: GroundMap, tmp_path: Path, name: str) -> 
     assert refused.value.__notes__ == [f"next: {refused.value.step}"]
 
 
-@pytest.mark.parametrize(("name", "there"), [("map.png", "map.png"), ("map.yaml", "map.pgm")])
+@pytest.mark.parametrize(
+    ("name", "there"), [("map.png", "map.png"), ("map.yaml", "map.pgm"), ("map.YAML", "map.pgm")]
+)
 def test_nothing_is_overwritten_unasked(tmp_path: Path, name: str, there: str) -> None:
     (tmp_path / there).touch()
     with pytest.raises(GroundError, match="exists already"):
-        check_free([tmp_path / name], force=False)
-    check_free([tmp_path / name], force=True)
-    check_free([tmp_path / "other.yaml"], force=False)
+        check_free(tmp_path / name, force=False)
+    check_free(tmp_path / name, force=True)
+    check_free(tmp_path / "other.yaml", force=False)
 
 
 def test_csv_holds_the_obstacles(grid: GroundMap, tmp_path: Path) -> None:

@@ -1,20 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Missions through the real cflib: a patrol that is interrupted, points flown along, a spin."""
+"""Missions through the real cflib: an interrupted patrol, a flight along points, a spin."""
 
 import asyncio
+import math
 from collections.abc import Iterator
 
 import pytest
 from typer.testing import CliRunner
 
-from ground.cli import app
+from ground.cli.app import app
 from ground.core import WAYPOINTS_MAX, EventCode, MissionCmd, MissionReason
 from ground.errors import BadWaypoints
-from ground.flight import fly
-from ground.link_radio import RadioLink
+from ground.link.radio import RadioLink
 from ground.model import Event, Point
 from ground.sim.process import SimulatorProcess
-from ground.station import Station, station_on
+from ground.sim.world import load_world
+from ground.station.flight import fly
+from ground.station.station import station_on
+from tests.ground.stations import take_off
 
 SQUARE = (Point(1.0, 0.0), Point(1.0, 1.0), Point(0.0, 1.0))
 PATIENCE_S = 60.0
@@ -26,16 +29,6 @@ def simulator() -> Iterator[SimulatorProcess]:
         yield simulator
 
 
-async def hover(station: Station) -> None:
-    """The estimate needs some seconds to settle before the first take-off."""
-    async with asyncio.timeout(PATIENCE_S):
-        while (
-            outcome := await fly(station, MissionCmd.TAKE_OFF)
-        ).reason is MissionReason.ESTIMATOR:
-            await asyncio.sleep(0.1)
-    assert outcome.reached
-
-
 @pytest.mark.parametrize("interrupt", [MissionCmd.HOLD, MissionCmd.LAND])
 def test_a_patrol_goes_round_until_it_is_interrupted(
     simulator: SimulatorProcess, interrupt: MissionCmd
@@ -43,7 +36,7 @@ def test_a_patrol_goes_round_until_it_is_interrupted(
     async def patrol() -> list[int]:
         passed: list[int] = []
         async with station_on(RadioLink(simulator.uri)) as station:
-            await hover(station)
+            await take_off(station)
             await station.give_waypoints(SQUARE)
             with station.listen() as listener:
                 await station.command(MissionCmd.PATROL)
@@ -63,8 +56,8 @@ def test_a_patrol_goes_round_until_it_is_interrupted(
 def test_points_are_flown_along_and_it_lands_at_the_last(simulator: SimulatorProcess) -> None:
     result = CliRunner().invoke(app, ["fly", "1,0", "0.5,-1", "--uri", simulator.uri])
     assert result.exit_code == 0, result.output
-    assert "at way point 1" in result.output
-    assert "at way point 2" in result.output
+    assert "at waypoint 1" in result.output
+    assert "at waypoint 2" in result.output
     assert "landing" in result.output
 
 
@@ -96,3 +89,19 @@ def test_a_list_that_cannot_be_held_is_refused_before_it_is_sent(
             )
 
     asyncio.run(give())
+
+
+def test_when_the_battery_is_low_on_the_way_to_a_goal_it_lands_at_home() -> None:
+    arguments = ("--world", "empty", "--speed", "max", "--endurance", "40")
+    with SimulatorProcess(*arguments) as simulator:
+
+        async def raise_limit() -> None:
+            async with station_on(RadioLink(simulator.uri)) as station:
+                await station.set_parameter("way.lowBat", 3.7)
+
+        asyncio.run(raise_limit())
+        result = CliRunner().invoke(app, ["goto", "2.2", "2.2", "--uri", simulator.uri])
+        x_m, y_m, *_ = simulator.stop()["true_pose"]
+    assert result.exit_code == 1
+    assert "flying home" in result.output
+    assert math.dist((x_m, y_m), load_world("empty").spec.start_m) < 0.3

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A recording gives back what was heard, also when the program that made it died."""
+"""A recording gives back what was heard, even if the program that made it died."""
 
 import asyncio
 import json
@@ -13,17 +13,16 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from typer.testing import CliRunner
 
-from ground.cli import app
-from ground.codec import KINDS, from_json, to_json
+from ground.cli.app import app
 from ground.core import MissionCmd, MissionReason, MissionState
 from ground.errors import GroundError, LinkUnavailable
-from ground.link_replay import ReplayLink
-from ground.missing import MapPacket
-from ground.model import Incoming, MapPiece, Point, Pose, Telemetry
-from ground.record import RecordedLink
-from ground.recordfile import RecordFile
-from ground.recording import read_recording
-from ground.station import station_on
+from ground.model import Incoming, MapPacket, MapPiece, Point, Pose, Telemetry
+from ground.record.codec import KINDS, from_json, to_json
+from ground.record.reader import read_recording
+from ground.record.recorder import RecordedLink
+from ground.record.replay import ReplayLink
+from ground.record.writer import RecordFile
+from ground.station.station import station_on
 from tests.ground.fakelink import FakeLink
 from tests.ground.stations import packet_of
 
@@ -49,7 +48,7 @@ def test_other_json_is_refused(kind: type[Incoming], data: Any) -> None:  # noqa
 
 
 def spoken() -> list[Incoming]:
-    """Enough for several chunks of a file."""
+    """Messages enough for several chunks of a file."""
     telemetry = [
         Telemetry(
             i, Pose(i / 100, 0, 0.4, 0), Point(1, 2), MissionState.FOLLOW, MissionReason.OK, 9
@@ -137,14 +136,14 @@ def test_a_damaged_file_never_raises(
 def test_other_files_are_refused(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "other.mcap"
     path.write_bytes(content)
-    with pytest.raises(LinkUnavailable, match="no recording"):
+    with pytest.raises(LinkUnavailable, match="not a Wayflie recording"):
         asyncio.run(ReplayLink(path).open())
     result = CliRunner().invoke(app, ["replay", str(path)])
     assert result.exit_code == 1
 
 
 def test_chunks_are_of_seconds_however_little_is_said(tmp_path: Path) -> None:
-    """What is older than two seconds is in the file before it is closed; no chunk is younger."""
+    """Data older than two seconds is in the file before it is closed; no chunk is younger."""
     path = tmp_path / "flight.mcap"
     record, second_ns = RecordFile(path, {}), 1_000_000_000
     for number, message in enumerate(spoken()[:100]):

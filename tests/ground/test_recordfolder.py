@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Recordings that nobody named are kept up to a limit; the others stay."""
+"""Recordings without a given name are kept up to a limit; the others stay."""
 
 import asyncio
 import io
@@ -11,10 +11,10 @@ import pytest
 from rich.console import Console
 
 from ground.errors import BadInput
-from ground.record import RecordedLink, where_told
-from ground.recordfile import RecordFile
-from ground.recordfolder import LIMIT, new_recording, prune, recordings_folder
-from ground.station import station_on
+from ground.record.folder import LIMIT, new_recording, prune, recordings_folder
+from ground.record.recorder import RecordedLink, where_told
+from ground.record.writer import RecordFile
+from ground.station.station import station_on
 from tests.ground.fakelink import FakeLink
 
 MB = 1_000_000
@@ -30,7 +30,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def lay(folder: Path, day: int, size_mb: int, name: str = "") -> Path:
-    """A recording of that day."""
+    """Make a recording of that day."""
     path = folder / (name or f"2026-01-{day:02}_12-00-00.mcap")
     with path.open("wb") as file:
         file.truncate(size_mb * MB)

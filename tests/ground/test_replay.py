@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A recording can be paused and wound; the picture is that of the time."""
+"""A recording can be paused and moved to any time, and the picture is that of the time."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -8,14 +8,14 @@ from pathlib import Path
 import pytest
 
 from ground.core import MissionReason, MissionState
-from ground.link_replay import ReplayLink
 from ground.model import Hello, MapPiece, Point, Pose, Telemetry
-from ground.picture import Picture
-from ground.record import RecordedLink
-from ground.recordfile import RecordFile
-from ground.station import Station, station_on
+from ground.record.recorder import RecordedLink
+from ground.record.replay import ReplayLink
+from ground.record.writer import RecordFile
+from ground.station.picture import Picture
+from ground.station.station import Station, station_on
 from ground.web.cockpit import Cockpit
-from ground.web.frames import NO_TRAIL, state_frame
+from ground.web.frames import NOTHING, state_frame
 from ground.web.wishes import wind
 from tests.ground.fakelink import HELLO
 from tests.ground.stations import packet_of
@@ -32,7 +32,7 @@ def told(second: int) -> Telemetry:
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """A minute of flight; each second another tile is known."""
+    """A minute of flight; each second another tile becomes known."""
     path = tmp_path / "flight.mcap"
     record = RecordFile(path, {})
     for second in range(LENGTH_S + 1):
@@ -62,7 +62,7 @@ def with_replay(file: Path, work: Callable[[ReplayLink, Station], Awaitable[None
 
 
 async def at(station: Station, second: int) -> None:
-    """Wait until it shows that second."""
+    """Wait until the replay shows that second."""
     while station.picture.telemetry != told(second):
         await asyncio.sleep(0.001)
 
@@ -104,12 +104,12 @@ def test_the_end_is_not_the_end(file: Path) -> None:
 def test_a_page_shows_and_winds_it(file: Path) -> None:
     async def work(link: ReplayLink, station: Station) -> None:
         cockpit = Cockpit(station)
-        assert '"replay": null' in state_frame(cockpit, NO_TRAIL)[0]
+        assert '"replay": null' in state_frame(cockpit, NOTHING)[0]
         cockpit.timeline = link
         for wish in ({"s": 7}, {"s": "x"}, {"s": float("nan")}, {}):
             wind(link, {"do": "seek", **wish})
         await at(station, 7)
-        text, _ = state_frame(cockpit, NO_TRAIL)
+        text, _ = state_frame(cockpit, NOTHING)
         assert '"replay": {"at_s": 7.0, "of_s": 60.0, "playing": false}' in text
         assert '"goto": false' in text
         wind(link, {"do": "play"})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Maps as ROS map_server has them: what is written is what it reads, what it wrote can be read."""
+"""Maps for ROS map_server: it can read what was written, and what it wrote can be read."""
 
 import math
 from pathlib import Path
@@ -14,10 +14,10 @@ from PIL import Image
 
 from ground.core import CellState
 from ground.errors import GroundError
-from ground.map import GroundMap
-from ground.mapfile import save_map
+from ground.map.files import save_map
+from ground.map.groundmap import GroundMap
+from ground.map.ros import RosMap, fit, load_ros
 from ground.model import Pose
-from ground.rosmap import RosMap, fit, load_ros
 
 SIDE = len(GroundMap().states)
 HERE = Pose(0.0, 0.0, 0.0, 0.0)
@@ -30,7 +30,7 @@ def grid_of(states: NDArray[np.uint8]) -> GroundMap:
 
 
 def write(folder: Path, grey: list[list[int]], **changes: object) -> Path:
-    """A map of another program; 10 cm a pixel, corner at (-1, -2)."""
+    """Write a map as another program does: 10 cm per pixel, corner at (-1, -2)."""
     Image.fromarray(np.array(grey, np.uint8)).save(folder / "other.png")
     about = {
         "image": "other.png", "resolution": 0.1, "origin": [-1.0, -2.0, 0.0],

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is said on the terminal while a drone flies."""
+"""What is printed on the terminal while a drone flies."""
 
 import asyncio
 import io
@@ -7,17 +7,17 @@ import io
 import pytest
 from rich.console import Console
 
+from ground.cli.session import narrated, now
 from ground.core import EventCode, MissionReason, MissionState
 from ground.model import Event, Point
-from ground.session import narrated, now
-from ground.station import Station, station_on
+from ground.station.station import Station, station_on
 from ground.words import EXPLORED, EXPLORED_PARTLY
 from tests.ground.fakelink import LOCKED, FakeLink
 from tests.ground.stations import telemetry
 
 
 async def said(*events: Event) -> str:
-    """All lines until the last of these was heard."""
+    """All lines printed until the last of these events was heard."""
     link, console = FakeLink(), Console(file=io.StringIO(), record=True, width=200)
     async with station_on(link) as station, narrated(station, console):
         await asyncio.sleep(0)  # its task has begun to listen
@@ -35,7 +35,7 @@ async def said(*events: Event) -> str:
         (EventCode.EXPLORED, 1, EXPLORED_PARTLY),
         (EventCode.STATE, MissionState.LAND, "landing"),
         (EventCode.FAULT, MissionReason.STUCK, "too many attempts brought no progress"),
-        (EventCode.WAYPOINT, 2, "at way point 3"),
+        (EventCode.WAYPOINT, 2, "at waypoint 3"),
     ],
 )
 def test_an_event_is_said_in_a_line_with_its_time(

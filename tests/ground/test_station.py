@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The station on a drone in memory: commands get through, the picture is right, silence is told."""
+"""The station on a drone in memory: commands arrive, the picture is right, silence is reported."""
 
 import asyncio
 import itertools
@@ -9,20 +9,17 @@ import pytest
 
 from ground.core import MissionCmd, MissionReason, MissionState, WireType
 from ground.errors import CommandRefused, LinkLost, NoAnswer, ProtocolMismatch
-from ground.missing import Ask
-from ground.model import (
-    Beat,
+from ground.model import Beat, ParameterValue, Point, RoutePiece
+from ground.requests import (
+    Ask,
     Command,
     EmergencyStop,
     Heartbeat,
     HelloRequest,
     Outgoing,
-    ParameterValue,
-    Point,
-    RoutePiece,
     SetParameter,
 )
-from ground.station import Station
+from ground.station.station import Station
 from tests.ground.fakelink import HELLO, FakeLink
 from tests.ground.stations import GOAL, heard, telemetry, with_station
 
@@ -67,7 +64,7 @@ def test_refusal_carries_the_reason_in_words() -> None:
 
 
 def test_a_deaf_drone_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ground.station.REPEAT_S", 0.001)
+    monkeypatch.setattr("ground.station.station.REPEAT_S", 0.001)
     link = FakeLink(lambda message: not isinstance(message, Command))
     with pytest.raises(NoAnswer, match="land"):
         with_station(link, lambda station: station.command(MissionCmd.LAND))
@@ -108,7 +105,7 @@ def test_heartbeats_follow_the_clock_of_the_drone() -> None:
 
 
 def test_heartbeats_go_on_when_nothing_is_heard(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ground.station.BEAT_WALL_S", 0.01)
+    monkeypatch.setattr("ground.station.station.BEAT_WALL_S", 0.01)
     link = FakeLink()
 
     async def work(station: Station) -> None:
@@ -121,22 +118,23 @@ def test_heartbeats_go_on_when_nothing_is_heard(monkeypatch: pytest.MonkeyPatch)
     assert beats == list(range(beats[0], beats[0] + len(beats)))
 
 
-def test_a_restarted_drone_is_greeted_again() -> None:
+@pytest.mark.parametrize("kind", [HelloRequest, Heartbeat])
+def test_a_restarted_drone_is_greeted_and_hears_a_heartbeat_at_once(kind: type) -> None:
     link = FakeLink()
 
     async def work(station: Station) -> None:
         link.say(telemetry(50_000, MissionState.HOVER))
         await heard(link)
-        before = link.count(HelloRequest)
+        before = link.count(kind)
         link.say(telemetry(100, MissionState.IDLE))
         await heard(link)
-        assert link.count(HelloRequest) == before + 1
+        assert link.count(kind) == before + 1
 
     with_station(link, work)
 
 
 def test_emergency_stop_is_repeated_until_locked(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ground.station.REPEAT_S", 0.001)
+    monkeypatch.setattr("ground.station.station.REPEAT_S", 0.001)
     countdown = itertools.count()
     link = FakeLink(lambda m: not isinstance(m, EmergencyStop) or next(countdown) >= 3)
     with_station(link, lambda station: station.emergency_stop())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Station.steer() on a simulated drone: it goes as far as it was told, stands, and says no."""
+"""Station.steer() on a simulated drone: it goes as far as commanded, stops, and refuses."""
 
 import asyncio
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The map over a bad way: when the drone stops changing it, the ground has the same one."""
+"""The map over a bad link: once the drone's map stops changing, the ground's equals it."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ground.core import GRID_SIDE_CELLS, NO_POINT, TILES, CData, MissionCmd, ffi, lib
-from ground.gaps import Gaps
-from ground.logstream import CLOCK_MS
-from ground.map import GroundMap
-from ground.missing import AskTiles, MapPacket
-from ground.recovery import Recovery
+from ground.link.logstream import CLOCK_MS
+from ground.map.groundmap import GroundMap
+from ground.model import MapPacket
+from ground.requests import AskTiles
 from ground.sim.pilot import Pilot
 from ground.sim.runtime import Options
 from ground.sim.trouble import NO_TROUBLE, Trouble, TroubleSpec
 from ground.sim.world import load_world
+from ground.station.gaps import Gaps
+from ground.station.recovery import Recovery
 
 PERIOD_MS = 10
 SIDE = GRID_SIDE_CELLS
@@ -29,7 +30,7 @@ specs = st.builds(TroubleSpec, st.floats(0, 0.4), st.floats(0, 0.4), st.floats(0
 
 
 class Way:
-    """A drone's grid, its stream, a bad way up and down, and the ground behind it."""
+    """A drone's grid, its stream, a bad link both ways, and the ground's map."""
 
     def __init__(self, spec: TroubleSpec, seed: int, begin_ms: int = 0) -> None:
         self.random = random.Random(seed)
@@ -43,14 +44,14 @@ class Way:
         self.forget()
 
     def forget(self) -> None:
-        """The drone makes its map anew."""
+        """Restart the drone's map."""
         self._epoch = (self._epoch + 1) % 4
         cfg = ffi.new("grid_config_t *", lib.grid_config_default())
         lib.grid_init(self.grid, cfg, (0.0, 0.0), 0.05)
         self.grid.changed_tiles = [0xFFFFFFFF] * len(self.grid.changed_tiles)
 
     def change(self) -> None:
-        """Walls, rooms and noise appear and go."""
+        """Let walls, rooms and noise appear and disappear."""
         value = self.random.choice((0, 3, 3, 12))
         x, y = self.random.randrange(SIDE), self.random.randrange(SIDE)
         width, height = self.random.choice(((30, 1), (1, 30), (12, 12), (1, 1)))
@@ -64,7 +65,7 @@ class Way:
                     lib.grid_points_add(self.grid, cell, at, False)
 
     def run(self, pieces: int) -> None:
-        """So many pieces are sent; the ground asks for what is old."""
+        """Send so many packets; the ground requests old tiles."""
         data = ffi.new("uint8_t[]", 26)
         for _ in range(pieces):
             self.now_ms += PERIOD_MS
@@ -80,14 +81,14 @@ class Way:
                         self.grid.changed_tiles[tile // 32] |= 1 << tile % 32
 
     def differs(self) -> int:
-        """Cells whose state, or whose point if the drone has one, is another on the ground."""
+        """Number of cells whose state, or point if the drone has one, differs on the ground."""
         states, eighths = drone_map(self.grid)
         points = (eighths != NO_POINT) & (eighths != self.ground.eighths)
         return int(np.count_nonzero((states != self.ground.states) | points))
 
 
 def drone_map(grid: CData) -> tuple[np.ndarray, np.ndarray]:
-    """States and places of points."""
+    """States and points of the drone's map."""
     side = range(SIDE)
     states = [[lib.grid_state(grid, ix, iy) for ix in side] for iy in side]
     eighths = [[lib.grid_point_eighths(grid, ix, iy) & 255 for ix in side] for iy in side]
@@ -111,7 +112,7 @@ def test_the_ground_has_the_drones_map_once_it_stops_changing(
 
 
 def test_without_asking_a_tile_may_stay_old_for_longer() -> None:
-    """What is asked for is not needed for the map to become whole, but bounds the ages."""
+    """Requests are not needed for the map to become complete, but they bound the tiles' ages."""
     way = Way(BAD, 5)
     for _ in range(200):
         way.change()
@@ -135,7 +136,7 @@ def test_a_piece_that_was_overtaken_changes_nothing() -> None:
 
 
 def shuffled(numbers: Iterator[int], spec: TroubleSpec, seed: int) -> Iterator[int]:
-    """Numbers as they arrive."""
+    """Numbers in order of arrival."""
     trouble = Trouble(spec, random.Random(seed))
     for number in numbers:
         for data in trouble.carry(number.to_bytes(2, "little")):
@@ -158,7 +159,7 @@ def test_each_number_comes_once_over_the_wrap(
 
 @given(specs, st.integers(0, 999), st.sampled_from([0, 65_530]))
 def test_what_is_asked_for_fills_every_gap(spec: TroubleSpec, seed: int, first: int) -> None:
-    """A number a second; an answer to every question that the way lets through."""
+    """One number per second, and an answer to each question that gets through."""
     gaps, dice, got = Gaps(8), random.Random(seed), set()
     for i in range(40):
         number = (first + i) % 65536

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The trail moves with what the drone corrects, whatever order its records come in."""
+"""The trail follows the drone's corrections, whatever the order of its records."""
 
 import math
 import random
@@ -7,18 +7,16 @@ import random
 import pytest
 
 from ground.core import MissionState, RecordKind
-from ground.missing import History, Record
-from ground.model import Point
-from ground.trail import Trail
-from tests.ground.stations import telemetry
+from ground.model import History, Point, Record
+from ground.station.trail import Trail
 
 FLYING = MissionState.FOLLOW
 
 
 def line(trail: Trail, first_ms: int, last_ms: int) -> None:
-    """A millimetre a millisecond along x, as telemetry tells it."""
+    """Telemetry of a motion along x, a millimetre per millisecond."""
     for ms in range(first_ms, last_ms, 100):
-        trail.take_telemetry(telemetry(ms, FLYING, ms / 1000))
+        trail.put(ms, Point(ms / 1000, 0.0))
 
 
 def told(trail: Trail, record: Record, number: int = 0) -> None:

@@ -28,21 +28,7 @@ from ground.core import (
     ffi,
     lib,
 )
-from ground.missing import Ask, AskTiles, History, Record
-from ground.model import (
-    Ack,
-    Beat,
-    Command,
-    Event,
-    Heartbeat,
-    Hello,
-    HelloRequest,
-    MapPiece,
-    Point,
-    RoutePiece,
-    SnapshotRequest,
-)
-from ground.wire import (
+from ground.link.wire import (
     decode_map_piece,
     decode_message,
     encode_map_piece,
@@ -51,6 +37,8 @@ from ground.wire import (
     pack,
     unpack,
 )
+from ground.model import Ack, Beat, Event, Hello, History, MapPiece, Point, Record, RoutePiece
+from ground.requests import Ask, AskTiles, Command, Heartbeat, HelloRequest, SnapshotRequest
 
 u8 = st.integers(0, 0xFF)
 u16 = st.integers(0, 0xFFFF)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A serial port that is not there: CPX frames on a pty, the simulator's UDP at the other end.
+"""A simulated serial port: CPX frames on a pty, with the simulator's UDP at the other end.
 
 Frames are those of a Crazyflie's UART: FF, length, CPX, checksum by exclusive or; FF 00 is "go on",
 which each side waits for before it sends the next frame.
@@ -15,7 +15,6 @@ import tty
 from collections import deque
 from functools import reduce
 from operator import xor
-from types import TracebackType
 from urllib.parse import urlsplit
 
 GO_ON = b"\xff\x00"
@@ -45,15 +44,10 @@ class UartBridge:
         return self
 
     def cut(self) -> None:
-        """From now on nothing is said or taken."""
+        """From now on, neither send nor receive."""
         self._ended = True
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._ended = True
         self._thread.join()
         self._udp.close()

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is installed: the command, the versions, the data, the scripts."""
+"""The installed package: the command, the versions, the data, the scripts."""
 
 import importlib
 import re
 import subprocess
 import tomllib
+from importlib.machinery import EXTENSION_SUFFIXES
 from importlib.metadata import entry_points, version
 
 import yaml
@@ -14,7 +15,7 @@ from tests.project.files import ROOT, sources
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 TARGETS = {
-    "setup", "demo", "sim", "ground", "test", "test-cfclient", "check", "firmware", "flash",
+    "setup", "dev", "demo", "sim", "ground", "test", "test-cfclient", "check", "firmware", "flash",
     "sizes", "analyse", "fuzz", "prove", "docs", "wheel", "clean", "help",
 }  # fmt: skip
 
@@ -45,6 +46,17 @@ def test_both_extensions_are_compiled_by_the_scripts_that_setuptools_asks() -> N
     for name in names:
         assert importlib.import_module(name).lib
         assert f'"{name}"' in scripts
+
+
+def test_what_is_compiled_is_no_older_than_its_sources() -> None:
+    """Otherwise the tests test other code: `make setup` compiles it."""
+    sources_of = {"ground._core": ("core",), "ground.sim._firmware": ("core", "app", "host")}
+    for name, parts in sources_of.items():
+        module = ROOT / f"{name.replace('.', '/')}{EXTENSION_SUFFIXES[0]}"
+        built_s = module.stat().st_mtime
+        for path in sources(".c", ".h"):
+            if path.parts[0] == "firmware_app" and path.parts[1] in parts:
+                assert (ROOT / path).stat().st_mtime <= built_s, f"{name} is older than {path}"
 
 
 def test_the_data_of_the_package_is_named() -> None:
@@ -84,7 +96,7 @@ def test_firmware_without_a_checkout_says_what_is_missing() -> None:
 
 
 def test_the_scripts_are_scripts() -> None:
-    for script in (ROOT / ".ci" / "run", ROOT / "tests" / "tools" / "debian_packages.sh"):
+    for script in (ROOT / ".ci" / "run", *(ROOT / "tests" / "tools").glob("*.sh")):
         subprocess.run(["bash", "-n", script], check=True)
         assert script.stat().st_mode & 0o111
         assert "set -euo pipefail" in script.read_text()

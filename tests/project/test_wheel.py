@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a wheel holds, without compiling one: `make wheel` compiles, installs and flies it."""
+"""The contents of a wheel, without compiling one: `make wheel` compiles, installs and flies it."""
 
 import subprocess
 import sys
+import tarfile
 from pathlib import Path
 
 import pytest
 
 from ground import build_extensions, docparams
-from tests.project.files import ROOT, tracked
+from tests.project.files import ROOT, sources, tracked
 
 BUILD = "import setuptools; setuptools.setup()"
 PICTURES = {".png", ".webp"}  # of the README
@@ -16,7 +17,7 @@ PICTURES = {".png", ".webp"}  # of the README
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The tree that is packed into a wheel, but for what is compiled."""
+    """The tree that is packed into a wheel, without the compiled parts."""
     folder = tmp_path_factory.mktemp("wheel")
     steps = ["-q", "egg_info", "--egg-base", str(folder), "build_py", "--build-lib"]
     command = [sys.executable, "-W", "ignore", "-c", BUILD, *steps, str(folder / "lib")]
@@ -53,3 +54,15 @@ def test_without_a_compiler_it_says_what_to_install(lacking: str, tmp_path: Path
     last = done.stderr.splitlines()[-1]
     assert last.startswith("wayflie: ") and "is missing" in last
     assert "sudo apt install gcc libc6-dev python3-dev" in last
+
+
+def test_an_archive_of_the_sources_holds_all_that_is_compiled(tmp_path: Path) -> None:
+    steps = ["-q", "egg_info", "--egg-base", str(tmp_path), "sdist", "--dist-dir", str(tmp_path)]
+    command = [sys.executable, "-W", "ignore", "-c", BUILD, *steps]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    (archive,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(archive) as held:
+        names = {Path(*Path(name).parts[1:]) for name in held.getnames()}
+    packed = [Path("firmware_app", part) for part in ("core", "app", "host")]
+    assert names >= {path for path in sources(".c", ".h") if path.parent in packed}
+    assert names >= {path for path in sources(".py") if path.parts[0] == "ground"}

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from urllib.parse import urlsplit
 
 import cflib.crtp
@@ -20,8 +19,13 @@ PATIENCE_S = 20.0
 PARAM_MISC = (2, 3)
 
 
+def packet(port: int, channel: int, data: bytes = b"") -> bytes:
+    """A datagram: header byte and data."""
+    return bytes((port << 4 | 0x0C | channel,)) + data
+
+
 class RawClient:
-    """One UDP socket that knows nothing but header bytes."""
+    """A UDP socket that knows only the header byte."""
 
     def __init__(self, uri: str) -> None:
         parts = urlsplit(uri)
@@ -32,12 +36,7 @@ class RawClient:
     def __enter__(self) -> "RawClient":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._socket.close()
 
     def send_raw(self, datagram: bytes) -> None:
@@ -47,7 +46,7 @@ class RawClient:
         return self._socket.recv(100)
 
     def send(self, port: int, channel: int, data: bytes = b"") -> None:
-        self.send_raw(bytes((port << 4 | 0x0C | channel,)) + data)
+        self.send_raw(packet(port, channel, data))
 
     def receive(self, port: int, channel: int) -> bytes:
         """Data of the next packet of this port and channel; others are skipped."""
@@ -57,7 +56,7 @@ class RawClient:
                 return datagram[1:]
 
     def ask(self, port: int, channel: int, data: bytes = b"") -> bytes:
-        """The answer; what the drone says of changed parameters in between is skipped."""
+        """Send and return the answer; reports of changed parameters in between are skipped."""
         self.send(port, channel, data)
         while True:
             answer = self.receive(port, channel)
@@ -75,7 +74,7 @@ class RawClient:
         return table
 
     def fetch_params(self) -> None:
-        """Read every parameter once: the handshake is over then."""
+        """Read every parameter once, which ends the handshake."""
         (count,) = struct.unpack_from("<H", self.ask(2, 0, b"\3"), 1)
         for identity in range(count):
             self.ask(2, 1, struct.pack("<H", identity))
@@ -93,7 +92,7 @@ def connect(uri: str, cache: Path) -> Iterator[Crazyflie]:
 def samples(
     cf: Crazyflie, period_ms: int, names: list[str], fetch_as: str | None = None
 ) -> Iterator[tuple[int, dict[str, float]]]:
-    """Log variables for ever: time [ms] and values."""
+    """An endless series of log samples: time [ms] and values."""
     block = LogConfig("test", period_ms)
     for name in names:
         block.add_variable(name, fetch_as)

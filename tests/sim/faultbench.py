@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A simulated drone that hovers by setpoints, to see what faults do to it."""
+"""A simulated drone that hovers by setpoints, to observe the effects of faults."""
 
 from ground.sim.crtp import Port, encode
 from ground.sim.faults import FaultSpec
@@ -15,7 +15,7 @@ CRTP = 2
 
 
 class Bench:
-    """A simulator that hovers by setpoints of ours, one metre from nothing."""
+    """A simulated drone that the test's setpoints hold at a height of 0.4 m."""
 
     def __init__(self, *faults: FaultSpec, world: str = "empty") -> None:
         self.world = load_world(world)
@@ -49,7 +49,7 @@ class Bench:
         return sets
 
     def answers(self, count: int) -> int:
-        """How many of so many pings come back within a second."""
+        """How many of so many pings are answered within a second."""
         for _ in range(count):
             self.simulator.deliver(CLIENT, PING)
         self.fly(1.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests of the simulated body share: setpoints, flights, small worlds, bodies."""
+"""Common parts of tests of the simulated body: setpoints, flights, small worlds, bodies."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -44,7 +44,7 @@ def hover(
 
 
 def steps(plant: Plant, setpoint: Setpoint, seconds: float, armed: bool = True) -> Iterator[Plant]:
-    """Step by step, for tests that look at every one."""
+    """Step by step, for tests that look at every step."""
     for _ in range(round(seconds / PLANT_STEP_S)):
         plant.step(setpoint, armed)
         yield plant
@@ -59,7 +59,7 @@ def fly(plant: Plant, setpoint: Setpoint, seconds: float, armed: bool = True) ->
 def fly_until(
     plant: Plant, setpoint: Setpoint, done: Callable[[Plant], bool], limit_s: float
 ) -> Plant:
-    """Fly until something is true of the plant; it is an error if it never is."""
+    """Fly until a condition holds for the plant; fail if it never does."""
     for now in steps(plant, setpoint, limit_s):
         if done(now):
             return plant
@@ -72,14 +72,14 @@ def hovering(world: World, seed: int = 1, profile: str = "perfect", z_m: float =
 
 
 def in_the_air(x_m: float = 0.0, y_m: float = 0.0, yaw_rad: float = 0.0) -> Vehicle:
-    """A body that stands still at flight height."""
+    """A body at rest at flight height."""
     body = Vehicle(x_m, y_m, yaw_rad, np.random.default_rng(0))
     body.z_m, body.on_floor = 0.5, False
     return body
 
 
 def wall_at(folder: Path, distance_m: float, extra: str = "") -> World:
-    """A wide, high wall ahead whose near face is that far from the origin."""
+    """A wide, high wall ahead whose near face is this far from the origin."""
     x = distance_m + 0.05
     wall = f"[[wall]]\nfrom = [{x}, -20]\nto = [{x}, 20]\nheight_m = 9\n{extra}\n"
     return world_from(folder, OPEN_FLOOR + wall)

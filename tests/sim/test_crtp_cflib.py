@@ -31,14 +31,20 @@ def simulator() -> Iterator[SimulatorProcess]:
         yield running
 
 
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of cflib's table cache: the tables are the same for all, so they are read once."""
+    return tmp_path_factory.mktemp("tables")
+
+
 @pytest.fixture
-def cf(simulator: SimulatorProcess, tmp_path: Path) -> Iterator[Crazyflie]:
-    with connect(simulator.uri, tmp_path) as connected:
+def cf(simulator: SimulatorProcess, tables: Path) -> Iterator[Crazyflie]:
+    with connect(simulator.uri, tables) as connected:
         yield connected
 
 
 def states(cf: Crazyflie) -> list[str]:
-    """What the supervisor says now; cflib keeps an answer for a while."""
+    """The supervisor's present state; cflib keeps an answer for a while."""
     cf.supervisor._last_fetch_time = 0
     return list(cf.supervisor.read_state_list())
 
@@ -48,7 +54,7 @@ def height_m(cf: Crazyflie) -> float:
 
 
 def _front_m(ranger: Multiranger) -> float:
-    """The range ahead; now and then there is none."""
+    """The front range, measured again while there is none."""
     wait_until(lambda: ranger.front is not None, "a range was measured")
     return float(ranger.front or 0.0)
 
@@ -94,10 +100,10 @@ def test_logging_half_floats_and_many_variables(cf: Crazyflie) -> None:
     assert times == list(range(times[0], times[0] + 300, 30))
 
 
-def test_two_clients_at_once(cf: Crazyflie, simulator: SimulatorProcess, tmp_path: Path) -> None:
+def test_two_clients_at_once(cf: Crazyflie, simulator: SimulatorProcess, tables: Path) -> None:
     first = samples(cf, 20, ["stateEstimate.x"])
     next(first)
-    with connect(simulator.uri, tmp_path / "other") as other:
+    with connect(simulator.uri, tables) as other:
         assert "stateEstimate.y" in next(samples(other, 20, ["stateEstimate.y"]))[1]
         cf.param.set_value("way.goalY", -0.75)
         wait_until(lambda: other.param.get_value("way.goalY") == "-0.75", "the other was told")
@@ -135,7 +141,7 @@ def test_motion_commander_takes_off_flies_and_lands(
 
 
 def test_high_level_commander_flies_and_lands(
-    cf: Crazyflie, simulator: SimulatorProcess, tmp_path: Path
+    cf: Crazyflie, simulator: SimulatorProcess, tables: Path
 ) -> None:
     commander = cf.high_level_commander
     commander.takeoff(0.5, 1.5)
@@ -152,19 +158,19 @@ def test_high_level_commander_flies_and_lands(
     wait_until(lambda: "Is flying" not in states(cf), "it had landed and stood still")
     # Closing sends a zero setpoint, which nobody follows up: harmless now.
     cf.close_link()
-    with connect(simulator.uri, tmp_path / "again") as again:
+    with connect(simulator.uri, tables) as again:
         time.sleep(2.5)
         assert "Is locked" not in states(again)
         wait_until(lambda: "Can fly" in states(again), "it is ready again")
 
 
 def test_disconnecting_from_a_flying_drone_brings_it_down(
-    cf: Crazyflie, simulator: SimulatorProcess, tmp_path: Path
+    cf: Crazyflie, simulator: SimulatorProcess, tables: Path
 ) -> None:
     cf.high_level_commander.takeoff(0.5, 1.0)
     wait_until(lambda: height_m(cf) > 0.3, "it was up")
     cf.close_link()
-    with connect(simulator.uri, tmp_path / "again") as again:
+    with connect(simulator.uri, tables) as again:
         wait_until(lambda: height_m(again) < 0.1, "it fell")
         wait_until(lambda: "Is locked" in states(again), "two seconds had passed")
         assert "Is flying" not in states(again)
@@ -183,7 +189,7 @@ def test_silence_in_the_air_levels_out_and_then_locks(cf: Crazyflie) -> None:
 
 
 def test_emergency_stop_latches_for_all(
-    cf: Crazyflie, simulator: SimulatorProcess, tmp_path: Path
+    cf: Crazyflie, simulator: SimulatorProcess, tables: Path
 ) -> None:
     cf.high_level_commander.takeoff(0.5, 1.0)
     wait_until(lambda: height_m(cf) > 0.3, "it was up")
@@ -193,7 +199,7 @@ def test_emergency_stop_latches_for_all(
     cf.supervisor.send_crash_recovery_request()
     cf.supervisor.send_arming_request(True)
     cf.close_link()
-    with connect(simulator.uri, tmp_path / "again") as again:
+    with connect(simulator.uri, tables) as again:
         assert "Is locked" in states(again) and "Is armed" not in states(again)
 
 
@@ -203,11 +209,11 @@ def test_emergency_stop_watchdog_must_be_fed(cf: Crazyflie) -> None:
     wait_until(lambda: "Is locked" in states(cf), "a second had passed")
 
 
-def test_arming_where_it_is_needed(tmp_path: Path) -> None:
+def test_arming_where_it_is_needed(tables: Path) -> None:
     arguments = ("--world", "empty", "--profile", "perfect", "--needs-arming")
     with (
         SimulatorProcess(*arguments) as simulator,
-        connect(simulator.uri, tmp_path) as cf,
+        connect(simulator.uri, tables) as cf,
     ):
         assert "Can be armed" in states(cf) and "Can fly" not in states(cf)
         with RawClient(simulator.uri) as raw:
@@ -219,9 +225,9 @@ def test_arming_where_it_is_needed(tmp_path: Path) -> None:
         wait_until(lambda: "Is armed" not in states(cf), "it was disarmed")
 
 
-def test_a_dead_simulator_ends_the_connection(simulator: SimulatorProcess, tmp_path: Path) -> None:
+def test_a_dead_simulator_ends_the_connection(simulator: SimulatorProcess, tables: Path) -> None:
     lost = threading.Event()
-    with connect(simulator.uri, tmp_path) as cf:
+    with connect(simulator.uri, tables) as cf:
         cf.connection_lost.add_callback(lambda uri, reason: lost.set())
         simulator.stop()
         assert lost.wait(20)

@@ -1,22 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Same seed, same packets at the same times: the same flight, and the same bytes sent."""
+"""Same seed and same packets at the same times: same flight, and same bytes sent."""
 
 import struct
 
 from ground.sim.runtime import Options, Simulator
 from ground.sim.trouble import TroubleSpec
 from ground.sim.world import load_world
+from tests.sim.crtp_client import packet
 
 ADDRESS = ("client", 1)
 TAKE_OFF_AT, STEPS = 60, 900
 
 
-def packet(port: int, channel: int, data: bytes) -> bytes:
-    return bytes((port << 4 | 0x0C | channel,)) + data
-
-
 def fly(seed: int, loss: float = 0.0, world: str = "flat") -> tuple[list[bytes], object]:
-    """Nine seconds with three log blocks: all that was sent, and where it ended."""
+    """Nine seconds with three log blocks: all that was sent, and the final pose."""
     options = Options(seed=seed, trouble=TroubleSpec(loss, loss, loss))
     simulator = Simulator(load_world(world), options)
     simulator.deliver(ADDRESS, packet(2, 0, b"\3"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""High-level commands: smooth ways that end where and when they should."""
+"""High-level commands: smooth paths that end where and when they should."""
 
 import struct
 from math import pi

@@ -18,7 +18,7 @@ OLD_PROTOCOL, NEW_PROTOCOL = 8, 12
 
 
 class Recorder:
-    """Stands where cflib expects a Crazyflie; keeps the last packet."""
+    """Stands in for cflib's Crazyflie; keeps the last packet."""
 
     def __init__(self, protocol: int = NEW_PROTOCOL) -> None:
         self.platform = self

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Datagrams get lost, doubled and reordered, but only once a client has connected."""
+"""Datagrams get lost, duplicated and reordered, but only once a client has connected."""
 
 import struct
 from collections import Counter

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""When faults begin and end: by the command line, by hand; and what is refused."""
+"""When faults begin and end, by options and by hand, and what is refused."""
 
 import os
 from pathlib import Path
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from ground.cli import app
+from ground.cli.app import app
 from ground.sim.console import Lines, obey
 from ground.sim.faults import parse_fault
 from ground.sim.faulttable import FAULTS

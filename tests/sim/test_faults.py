@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every fault of the table shows in what the drone is given, and is gone when it is over."""
+"""Every fault of the table shows in the drone's inputs, and is gone when it is over."""
 
 import math
 from collections.abc import Callable
@@ -61,11 +61,11 @@ def test_without_flow_the_sensor_says_so(bench: Bench) -> None:
     assert bench.seen.motion_quality == 0
     height_mm = bench.seen.zrange_mm
     bench.fly(4.0)
-    assert bench.seen.var_position_m2[0] > 0.02
+    assert bench.seen.var_velocity_m2ps2[0] > 0.02
     assert abs(bench.seen.zrange_mm - height_mm) < 50
     end(bench, "flow-lost")
     bench.fly(3.0)
-    assert bench.seen.var_position_m2[0] < 1e-3
+    assert bench.seen.var_velocity_m2ps2[0] < 1e-3
 
 
 def test_without_its_deck_the_height_drifts(bench: Bench) -> None:
@@ -94,7 +94,7 @@ def test_the_estimate_jumps_or_runs_away(bench: Bench) -> None:
     bench.fly(2.0)
     vx_mps = bench.simulator.faults.bench.plant.truth.velocity_mps[0]
     assert abs(bench.seen.vx_mps - vx_mps) > 0.3
-    assert bench.seen.var_position_m2[0] > 0.1
+    assert bench.seen.var_velocity_m2ps2[0] > 0.1
 
 
 def test_a_hand_carries_it_and_the_odometry_has_not_noticed(bench: Bench) -> None:
@@ -138,7 +138,7 @@ def test_the_battery_gives_less(bench: Bench, name: str, most_v: float) -> None:
 
 
 def settled(bench: Bench) -> Bench:
-    """A client whose handshake is over: only then is the way bad."""
+    """A client whose handshake is over, since only then is the link bad."""
     assert bench.answers(1) == 1
     for client in bench.radio._clients.values():
         client.settled = True

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plant's words are the firmware port's words."""
+"""The plant's data types have the fields of the firmware port."""
 
 import re
 from dataclasses import fields

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measurements move the simulated estimate as they move the firmware's."""
+"""Measurements correct the simulated estimate as they correct the firmware's."""
 
 import math
 import struct
@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 import typer
 
-from ground.sim.command import parse_shadow
+from ground.cli.sim import parse_shadow
 from ground.sim.crtp import BadPacket
-from ground.sim.estimator import PLACE_START_M2, PROFILES, Estimator
+from ground.sim.estimator import PLACE_START_M2, Estimator
 from ground.sim.localization import Localization
 from ground.sim.model import Measured, PositionMeasured, Readings, YawMeasured
 from ground.sim.positioning import POSITIONINGS, Positioning, Shadow
+from ground.sim.profiles import PROFILES
 from ground.sim.vehicle import Vehicle
 
 QUALITY = 1.0
@@ -30,7 +31,7 @@ def wait(estimate: Estimator, body: Vehicle, time_s: float) -> None:
 
 
 def test_the_first_position_is_believed_as_it_is() -> None:
-    """Flow says nothing of the position: its variance stands at the firmware's limit."""
+    """Flow gives no position: its variance stands at the firmware's limit."""
     estimate, body = estimator()
     wait(estimate, body, 10.0)
     assert estimate.place_m2 == PLACE_START_M2
@@ -40,7 +41,7 @@ def test_the_first_position_is_believed_as_it_is() -> None:
 
 
 def test_gains_are_those_of_the_firmware() -> None:
-    """kalman_core.c, Flow deck at 0.4 m, a position of 0.05 m each 1.2 s: 0.30 of the way."""
+    """kalman_core.c, Flow deck at 0.4 m, a position with 0.05 m each 1.2 s: a gain of 0.30."""
     estimate, body = estimator()
     gain = 0.0
     for _ in range(30):
@@ -82,7 +83,7 @@ def test_an_unknown_system_is_refused() -> None:
 
 
 class _Values:
-    """Parameters that all hold the same."""
+    """Parameters that all have the same value."""
 
     def find(self, name: str) -> int:
         return 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Multi-ranger's cones: what they see, how well, and what they miss."""
+"""The Multi-ranger's cones: what they see, how accurately, and what they miss."""
 
 import math
 from pathlib import Path
@@ -19,7 +19,7 @@ FRONT, BACK, LEFT, RIGHT, UP = range(len(BEAMS))
 def sets(
     world: World, body: Vehicle, count: int = 400, false_short: float = FALSE_SHORT
 ) -> np.ndarray:
-    """count measured sets, count x 5, NaN where nothing answered."""
+    """`count` measured sets as an array (count x 5), NaN without return."""
     ranger = MultiRanger(world, np.random.default_rng(3), false_short)
     values = np.array([ranger.measure(body) for _ in range(count)], float)
     return np.where(values == RANGE_NONE_MM, np.nan, values) / 1000.0

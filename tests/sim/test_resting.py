@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Left alone, a hovering drone stays where it is: ranges of nothing are nobody."""
+"""Left alone, a hovering drone stays in place: false ranges are not taken for intruders."""
 
-from ground.core import EventCode, MissionReason, MissionState
+from ground.core import EventCode, MissionCmd, MissionReason, MissionState
 from ground.model import Event
 from ground.sim.pilot import Pilot
 from ground.sim.runtime import Options
@@ -19,7 +19,7 @@ def test_it_hardly_ever_backs_away_from_nothing() -> None:
     times_s = []
     for seed in SEEDS:
         pilot = Pilot(load_world("flat"), Options(seed=seed))
-        assert pilot.take_off() is MissionReason.OK
+        assert pilot.fly(MissionCmd.TAKE_OFF).reason is MissionReason.OK
         pilot.rest(RESTING_S)
         times_s += [(seed, e.drone_ms / 1000) for e in pilot.picture.events if backed_away(e)]
         assert pilot.truth()["collisions"] == 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the firmware gets to see: ranges, odometry, height, battery, and their faults."""
+"""What the firmware is given: ranges, odometry, height, battery, and their faults."""
 
 import math
 from itertools import pairwise
@@ -10,9 +10,10 @@ import pytest
 
 from ground.sim.battery import HOVER_ENDURANCE_S, Battery
 from ground.sim.controller import THRUST_MAX, Command
-from ground.sim.estimator import PROFILES, Estimator
+from ground.sim.estimator import Estimator
 from ground.sim.model import RANGE_NONE_MM
 from ground.sim.plant import PLANT_STEP_S, Plant
+from ground.sim.profiles import PROFILES
 from ground.sim.ranger import SENSOR_OFFSET_M
 from ground.sim.sensors import RANGE_PERIOD_STEPS
 from ground.sim.world import load_world
@@ -139,15 +140,15 @@ def test_over_a_box_the_estimate_sinks_and_the_drone_climbs(tmp_path: Path) -> N
 def test_the_estimate_settles_within_two_seconds_and_again_after_a_reset(tmp_path: Path) -> None:
     plant = Plant(world_from(tmp_path, OPEN_FLOOR), 1)
     plant.step(OFF, True)
-    assert plant.readings.var_position_m2[0] > 0.01
+    assert plant.readings.var_velocity_m2ps2[0] > 0.01
     fly(plant, OFF, 2.0)
-    assert plant.readings.var_position_m2[0] < 0.001
+    assert plant.readings.var_velocity_m2ps2[0] < 0.001
     plant.reset_estimator(1.0, -2.0, 0.0, math.radians(30.0))
     plant.step(OFF, True)
     readings = plant.readings
     assert (readings.x_m, readings.y_m) == pytest.approx((1.0, -2.0))
     assert readings.yaw_deg == pytest.approx(30.0)
-    assert readings.var_position_m2[0] > 0.01
+    assert readings.var_velocity_m2ps2[0] > 0.01
 
 
 def test_after_a_reset_odometry_goes_on_from_there(tmp_path: Path) -> None:
@@ -176,11 +177,11 @@ def test_lost_flow_shows_and_lets_it_drift_away(tmp_path: Path) -> None:
     before = plant.truth.position_m
     fly(plant, hover(), 15.0)
     assert math.dist(before[:2], plant.truth.position_m[:2]) > 0.5
-    assert plant.readings.var_position_m2[0] > 0.1
+    assert plant.readings.var_velocity_m2ps2[0] > 0.1
     assert plant.readings.motion_quality == 0
     plant.broken.flow = False
     fly(plant, hover(), 3.0)
-    assert plant.readings.var_position_m2[0] < 0.001
+    assert plant.readings.var_velocity_m2ps2[0] < 0.001
     assert math.hypot(*plant.truth.velocity_mps) < 0.2
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several drones in one world: own places, seen and touched by each other, one process."""
+"""Several drones in one world and process: own places, seen and touched by each other."""
 
 import asyncio
 import math
@@ -8,17 +8,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ground.core import MissionCmd, MissionReason
 from ground.errors import SimulatorFailed
-from ground.flight import Outcome, fly
-from ground.link_radio import RadioLink
+from ground.link.radio import RadioLink
 from ground.sim.console import obey_one
 from ground.sim.process import SimulatorProcess
 from ground.sim.runtime import Options
 from ground.sim.swarm import APART_M, DRONES_MAX, ROOM_M, Swarm, make_swarm, start_places
 from ground.sim.world import World
 from ground.sim.worldfile import read_world
-from ground.station import station_on
+from ground.station.station import station_on
+from tests.ground.stations import take_off
 
 WORLDS = ("flat", "clutter", "hall", "empty", "person", "door")
 
@@ -48,7 +47,7 @@ def two() -> Swarm:
 
 
 def distance_m(swarm: Swarm, z_m: float) -> float:
-    """From the first drone towards the second, as a beam of the first sees it."""
+    """The range from the first drone towards the second, as a beam of the first measures it."""
     (x0, y0, _), (x1, y1, _) = (drone.truth.position_m for drone in swarm.drones)
     way = np.array([[x1 - x0, y1 - y0, 0.0]]) / math.dist((x0, y0), (x1, y1))
     return float(swarm.worlds[0].cast((x0, y0, z_m), way, 4.0).distance_m[0])
@@ -112,17 +111,14 @@ def test_lines_reach_the_drone_that_they_name() -> None:
 
 
 def test_each_answers_at_its_port_and_does_what_it_is_told() -> None:
-    async def up(uri: str) -> Outcome:
+    async def up(uri: str) -> None:
         async with station_on(RadioLink(uri)) as station:
-            while True:
-                outcome = await fly(station, MissionCmd.TAKE_OFF)
-                if outcome.reason is not MissionReason.ESTIMATOR:
-                    return outcome
+            await take_off(station)
 
     with SimulatorProcess("--world", "empty", "--speed", "4", port=19854, drones=3) as simulator:
         ports = [int(uri.rpartition(":")[2]) for uri in simulator.uris]
         assert ports == [19854, 19855, 19856]
-        assert asyncio.run(up(simulator.uris[1])).reached
+        asyncio.run(up(simulator.uris[1]))
         drones = simulator.stop()["drones"]
     heights = [drone["max_height_m"] for drone in drones]
     assert heights[1] > 0.2 > heights[0] and heights[2] < 0.01

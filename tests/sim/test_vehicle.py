@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The body in the air, on the ground and against things."""
+"""The body in the air, on the ground and in collisions."""
 
 import math
 from dataclasses import replace

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds: rays, distances, motion; and that each shipped one can be flown."""
+"""Worlds: rays, distances, motion; and every shipped one can be flown."""
 
 import math
 from collections import deque
@@ -23,13 +23,13 @@ WALKER = DISC + "[disc.motion]\npath = [[2, 3], [5, 3]]\nspeed_mps = 1.0\nstart_
 
 
 def distance_m(world: World, x_m: float, y_m: float, angle_rad: float, z_m: float = 0.5) -> float:
-    """Of one level ray."""
+    """The range of one level ray."""
     direction = np.array([[math.cos(angle_rad), math.sin(angle_rad), 0.0]])
     return float(world.cast((x_m, y_m, z_m), direction, 50.0).distance_m[0])
 
 
 def reachable(world: World, goal_m: tuple[float, float]) -> bool:
-    """Whether a way from the start to a world point keeps BODY_AND_MARGIN_M everywhere."""
+    """Whether a path from the start to a world point keeps BODY_AND_MARGIN_M everywhere."""
     e = world.spec.eeprom
     xs = np.arange(e["way.areaX0"], e["way.areaX1"], CELL_M)
     ys = np.arange(e["way.areaY0"], e["way.areaY1"], CELL_M)

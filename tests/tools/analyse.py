@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read the C sources for faults: `python -m tests.tools.analyse [NAME...]`, all by default."""
+"""Run static analysers on the C code: `python -m tests.tools.analyse [NAME...]`, else all."""
 
 import os
 import shutil
@@ -45,7 +45,7 @@ def sources() -> list[str]:
 
 
 def complaints_of(command: Iterable[str]) -> str:
-    """Nothing if the command is content."""
+    """The output of a failing command; nothing if it succeeds."""
     done = subprocess.run([*command], cwd=ROOT, capture_output=True, text=True)
     return done.stdout + done.stderr if done.returncode != 0 else ""
 
@@ -74,7 +74,7 @@ def clang() -> str:
 
 
 def clang_tidy() -> str:
-    """By the .clang-tidy at the root."""
+    """Run clang-tidy with the .clang-tidy at the root."""
     return each(lambda source: ["clang-tidy", "--quiet", source, "--", "-std=gnu11", *INCLUDES])
 
 
@@ -84,7 +84,7 @@ def cppcheck() -> str:
 
 @dataclass(frozen=True, slots=True)
 class Reader:
-    """A program that reads C, the Debian package it comes with, and what it says."""
+    """An analyser of C, its Debian package, and what it reports."""
 
     program: str
     package: str

@@ -33,7 +33,7 @@ def tables() -> str:
 
 
 def renewed(text: str) -> str:
-    """The page with present tables between the marks."""
+    """The text with current tables between the marks."""
     before, _, rest = text.partition(BEGIN)
     _, mark, after = rest.partition(END)
     if not mark:

@@ -59,12 +59,12 @@ def logs_of(file: Path, group: str) -> dict[str, Held]:
 
 
 def documented(variables: dict[str, Variable]) -> dict[str, Held]:
-    """The same of the doc comments."""
+    """The same entries from the doc comments."""
     return {name: Held(one.type, one.stored) for name, one in variables.items()}
 
 
 def differences(file: Path) -> list[str]:
-    """Where the ELF is not what is documented, one line each."""
+    """Differences between the ELF and the documentation, a line each."""
     wanted = {
         "parameter way": (params_of(file, "way"), documented(parameters())),
         "log way": (logs_of(file, "way"), documented(log_variables())),
@@ -79,7 +79,7 @@ def differences(file: Path) -> list[str]:
 
 
 def _entries(file: Path, group: str, symbols: dict[str, int]) -> Iterator[tuple[int, int, str]]:
-    """Type, extended type and name of each; the lines that begin and end a group are left out."""
+    """Type, extended type and name of each entry; lines that begin or end a group are skipped."""
     with file.open("rb") as stream:
         elf = ELFFile(stream)
         address, size, step = _table(elf, group, symbols)
@@ -91,7 +91,7 @@ def _entries(file: Path, group: str, symbols: dict[str, int]) -> Iterator[tuple[
 
 
 def _table(elf: ELFFile, group: str, symbols: dict[str, int]) -> tuple[int, int, int]:
-    """Address, size, and bytes of an entry."""
+    """Address, size, and bytes per entry."""
     found = elf.get_section_by_name(".symtab")
     assert isinstance(found, SymbolTableSection), "the ELF was stripped of its symbols"
     for prefix, step in symbols.items():
@@ -101,7 +101,7 @@ def _table(elf: ELFFile, group: str, symbols: dict[str, int]) -> tuple[int, int,
 
 
 def _bytes(elf: ELFFile, address: int, count: int) -> bytes:
-    """What stands at an address once it is loaded."""
+    """The bytes at an address once the file is loaded."""
     for section in elf.iter_sections():
         start = section["sh_addr"]
         if section["sh_type"] == "SHT_PROGBITS" and start <= address < start + section["sh_size"]:
@@ -110,7 +110,7 @@ def _bytes(elf: ELFFile, address: int, count: int) -> bytes:
 
 
 def main() -> None:
-    """List the tables of one file; exit 1 where they are not as documented."""
+    """Check the tables of one file; exit 1 if they are not as documented."""
     file = Path(sys.argv[1])
     for what, held in (
         ("parameter way", params_of(file, "way")),

@@ -15,38 +15,52 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ROOT / "tests" / "fuzz"
 FIRMWARE = ROOT / "firmware_app"
 BUILD = ROOT / "build" / "fuzz"
+PARTS = ("core", "app", "host")
+OF_THE_APP = ("link",)
+"""Targets that need more than the core."""
 TARGETS = sorted(path.stem.removeprefix("fuzz_") for path in SOURCES.glob("fuzz_*.c"))
 SANITIZERS = "address,undefined,float-cast-overflow,float-divide-by-zero"
 FLAGS = (
     "-std=gnu11", "-O1", "-g", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror",
-    "-Wno-unknown-pragmas", f"-fsanitize=fuzzer,{SANITIZERS}", "-fno-sanitize-recover=all",
+    "-Wno-unknown-pragmas", "-fno-sanitize-recover=all",
 )  # fmt: skip
 LONGEST_BYTES = 256
 SLOWEST_S = 60
 
 
-def parts_of(target: str) -> tuple[str, ...]:
-    """The link is the app's; all else is core."""
-    return ("core", "app", "host") if target == "link" else ("core",)
+def objects(folder: Path) -> dict[str, list[Path]]:
+    """Compile core, app and host once for all targets. @return the objects of each"""
+    found = {}
+    for part in PARTS:
+        place = folder / part
+        place.mkdir(parents=True, exist_ok=True)
+        code = sorted((FIRMWARE / part).glob("*.c"))
+        _clang("fuzzer-no-link", "-c", *code, cwd=place)
+        found[part] = [place / f"{path.stem}.o" for path in code]
+    return found
 
 
-def build(target: str, folder: Path) -> Path:
-    parts = parts_of(target)
-    code = [path for part in parts for path in sorted((FIRMWARE / part).glob("*.c"))]
-    includes = [f"-I{FIRMWARE / part}" for part in parts]
+def _build(target: str, compiled: dict[str, list[Path]], folder: Path) -> Path:
+    parts = PARTS if target in OF_THE_APP else PARTS[:1]
     program = folder / f"fuzz_{target}"
-    main = SOURCES / f"fuzz_{target}.c"
-    subprocess.run(["clang", *FLAGS, *includes, main, *code, "-lm", "-o", program], check=True)
+    linked = [path for part in parts for path in compiled[part]]
+    _clang("fuzzer", SOURCES / f"fuzz_{target}.c", *linked, "-lm", "-o", program, cwd=folder)
     return program
 
 
-def fuzz(target: str, seconds: int, folder: Path = BUILD) -> str:
-    """Build and run one target for a while. @return what it found, nothing if all is well"""
+def _clang(kind: str, *arguments: str | Path, cwd: Path) -> None:
+    includes = [f"-I{FIRMWARE / part}" for part in PARTS]
+    sanitizers = f"-fsanitize={kind},{SANITIZERS}"
+    subprocess.run(["clang", *FLAGS, sanitizers, *includes, *arguments], cwd=cwd, check=True)
+
+
+def fuzz(target: str, seconds: int, compiled: dict[str, list[Path]], folder: Path = BUILD) -> str:
+    """Link and run one target for a while. @return what it found, nothing if all is well"""
     corpus = folder / target
     corpus.mkdir(parents=True, exist_ok=True)
     for name, seed in NAV.items() if target == "nav" else ():
         (corpus / name).write_bytes(seed)
-    program = build(target, folder)
+    program = _build(target, compiled, folder)
     command = [
         program, f"-max_total_time={seconds}", f"-max_len={LONGEST_BYTES}", "-len_control=0",
         f"-timeout={SLOWEST_S}", f"-artifact_prefix={folder}/{target}-", corpus,
@@ -61,8 +75,10 @@ def fuzz(target: str, seconds: int, folder: Path = BUILD) -> str:
 
 def main() -> int:
     seconds = int(sys.argv[1]) if len(sys.argv) > 1 else 60
+    compiled = objects(BUILD)
     with ThreadPoolExecutor(2) as pool:
-        found = dict(zip(TARGETS, pool.map(lambda name: fuzz(name, seconds), TARGETS), strict=True))
+        runs = pool.map(lambda name: fuzz(name, seconds, compiled), TARGETS)
+        found = dict(zip(TARGETS, runs, strict=True))
     for target, text in found.items():
         if text:
             print(f"{target}:\n{text}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fuzz what Python decodes: `python -m tests.tools.fuzz_python [SECONDS]`, or TARGET CASE for one.
+"""Fuzz Python's decoders: `python -m tests.tools.fuzz_python [SECONDS]`, or TARGET CASE for one.
 
 Cases are numbered: a number is all that it takes to see one again.
 """

@@ -36,7 +36,7 @@ _FUSED = re.compile(r"\tvfn?m[as]\S*\t")
 
 
 def kept(objects: Objects) -> list[str]:
-    """No file of the core keeps anything between two calls."""
+    """Static variables: the core must keep nothing between two calls."""
     core = objects.of("core")
     named = [
         f"{path.stem} keeps {symbol.name}"
@@ -53,7 +53,7 @@ def kept(objects: Objects) -> list[str]:
 
 
 def needed(objects: Objects) -> list[str]:
-    """Nothing is needed from outside but a few functions: no heap, no libm, no double."""
+    """External symbols other than a few functions: no heap, no libm, no double."""
     complaints: list[str] = []
     known = set(LIBRARY)
     for part, offered in (("core", set[str]()), ("app", FIRMWARE)):
@@ -72,7 +72,7 @@ def needed(objects: Objects) -> list[str]:
 
 
 def fused(objects: Objects) -> list[str]:
-    """No multiplication is fused with an addition: that would round once, a PC rounds twice."""
+    """Multiplications fused with an addition, which round once where a PC rounds twice."""
     listing = objects.toolchain.run("objdump", "--disassemble", *objects.of("core"))
     complaints, name = [], ""
     for line in listing.splitlines():
@@ -84,7 +84,7 @@ def fused(objects: Objects) -> list[str]:
 
 
 def frames(objects: Objects) -> list[str]:
-    """No frame is large, and none grows while it runs."""
+    """Frames that are large, or grow while they run."""
     functions = call_graph(objects.folder)
     return [
         f"{_short(name)} has a frame of {function.frame_bytes} bytes"
@@ -98,7 +98,7 @@ def frames(objects: Objects) -> list[str]:
 
 
 def stack(objects: Objects) -> list[str]:
-    """The way down from the app's task has an end, and fits."""
+    """Call chains from the app's task without a bound, or too deep."""
     try:
         depth, way = deepest(call_graph(objects.folder))
     except UnboundedStack as error:
@@ -107,13 +107,13 @@ def stack(objects: Objects) -> list[str]:
 
 
 def ram(objects: Objects) -> list[str]:
-    """All that is static."""
+    """Static memory beyond its limit."""
     used = ram_bytes(objects)
     return [] if used <= RAM_LIMIT_BYTES else [f"{used} bytes of static RAM"]
 
 
 def flash(objects: Objects) -> list[str]:
-    """Code and constants."""
+    """Code and constants beyond their limit."""
     used = flash_bytes(objects)
     return [] if used <= FLASH_LIMIT_BYTES else [f"{used} bytes of flash"]
 
@@ -125,11 +125,11 @@ GATES: tuple[Gate, ...] = (*OF_ANY_FLAGS, flash, frames)
 
 
 class UnboundedStack(Exception):
-    """The stack has no bound that could be computed."""
+    """No bound of the stack can be computed."""
 
 
 def deepest(functions: dict[str, Function], entry: str = ENTRY) -> tuple[int, tuple[str, ...]]:
-    """Bytes of stack that the entry needs with all it calls, and the way on which it does."""
+    """Bytes of stack that a function needs with all it calls, and the chain of calls for it."""
     known: dict[str, tuple[int, tuple[str, ...]]] = {}
 
     def descend(name: str, above: tuple[str, ...]) -> tuple[int, tuple[str, ...]]:
@@ -155,21 +155,21 @@ def ram_bytes(objects: Objects) -> int:
 
 
 def flash_bytes(objects: Objects) -> int:
-    """Code, constants, and what variables begin with."""
+    """Code, constants and initial values of variables."""
     return sum(s.text + s.data for s in sections(objects.toolchain, *objects.all()).values())
 
 
 def stack_bytes(objects: Objects) -> int:
-    """What the app's task needs at most."""
+    """Greatest stack use of the app's task."""
     return deepest(call_graph(objects.folder))[0]
 
 
 def nav_bytes(objects: Objects) -> int:
-    """The one nav_t, as the app has it."""
+    """Size of the only nav_t, as compiled into the app."""
     (found,) = symbols(objects.toolchain, objects.folder / "app" / "app_main.o").values()
     return next(symbol.size for symbol in found if symbol.name == "nav")
 
 
 def _short(name: str) -> str:
-    """Of `file:function`, as gcc calls what is static, only the function."""
+    """From `file:function`, as gcc names static functions, keep the function."""
     return name.rpartition(":")[2]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tools that not every machine has: without them a test says what it could not check."""
+"""Tools that not every machine has; without them a test says what it could not check."""
 
 import os
 import shutil
@@ -8,7 +8,7 @@ import pytest
 
 
 def need(program: str, package: str, for_what: str) -> None:
-    """Go on only where the program is there; on a CI machine its absence is a failure."""
+    """Skip without this program; on a CI machine its absence is a failure."""
     if shutil.which(program) is not None:
         return
     message = f"NOT CHECKED: {for_what} ({program} is missing: apt install {package})"

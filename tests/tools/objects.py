@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compile core and app for this machine or for the chip, and read what is in the objects."""
+"""Compile core and app for this machine or for the chip, and inspect the object files."""
 
 import re
 import shutil
@@ -50,7 +50,7 @@ CHIP_STRICT = Toolchain(
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """One line of nm: its letter is lower case for what is local to the object."""
+    """A line of nm; a lower-case letter means local to the object."""
 
     name: str
     letter: str
@@ -59,7 +59,7 @@ class Symbol:
 
 @dataclass(frozen=True, slots=True)
 class Objects:
-    """Parts of a tree like firmware_app, compiled into the folders of their names."""
+    """Parts of a tree like firmware_app, compiled into folders of the same names."""
 
     toolchain: Toolchain
     source: Path
@@ -74,7 +74,7 @@ class Objects:
         return [path for part in INCLUDED for path in self.of(part)]
 
     def compile(self, *sources: Path) -> None:
-        """Compile these files of the tree (anew), each with its stack usage and call graph."""
+        """Compile these files of the tree again, each with its stack usage and call graph."""
         for part, included in INCLUDED.items():
             of_part = [path for path in sources if path.parent.name == part]
             if of_part:
@@ -120,7 +120,7 @@ class Sections:
 
 
 def sections(toolchain: Toolchain, *paths: Path) -> dict[Path, Sections]:
-    """What these objects are made of."""
+    """Section sizes of these objects."""
     rows = toolchain.run("size", *paths).splitlines()[1:]
     sizes = [Sections(*map(int, row.split()[:3])) for row in rows]
     return dict(zip(paths, sizes, strict=True))

@@ -25,7 +25,7 @@ FRAME_MS = 100
 LAST_FRAME_MS = 3000
 WIDE = 640
 FRAMES_MAX = 100
-QUALITIES = (80, 60, 40)
+QUALITIES = (60, 40)
 BYTES_MAX = 1_000_000
 
 
@@ -43,13 +43,13 @@ def open_page(page: Page) -> None:
 
 
 def shot(of: Locator) -> Image.Image:
-    """As it looks now, small."""
+    """A small screenshot of the present page."""
     image = Image.open(io.BytesIO(of.screenshot())).convert("RGB")
     return image.resize((WIDE, round(image.height * WIDE / image.width)), Image.Resampling.LANCZOS)
 
 
 def watch(page: Page) -> list[Image.Image]:
-    """The map, again and again until the drone has arrived."""
+    """Take screenshots of the map until the drone has arrived."""
     shots, canvas = [], page.locator("section.map")
     begin_s = time.monotonic()
     arrived = page.locator("#events").get_by_text("arrived", exact=True)
@@ -63,7 +63,7 @@ def watch(page: Page) -> list[Image.Image]:
 
 
 def save_animation(shots: list[Image.Image], path: Path) -> None:
-    """As fine as fits into a README."""
+    """Save an animation as fine as a README permits."""
     few = shots[:: -(-len(shots) // FRAMES_MAX)]
     frames = few if few[-1] is shots[-1] else [*few, shots[-1]]
     pauses_ms = [FRAME_MS] * (len(frames) - 1) + [LAST_FRAME_MS]
@@ -78,7 +78,7 @@ def save_animation(shots: list[Image.Image], path: Path) -> None:
 
 
 def take(still: Path, animation: Path) -> None:
-    """Fly the demo in real time; save its page on arrival, and the way there."""
+    """Fly the demo in real time; save its page on arrival, and the flight."""
     chromium = shutil.which("chromium")
     if chromium is None:
         raise SystemExit("chromium is missing")

@@ -29,7 +29,7 @@ DONE = "ANALYSIS SUMMARY"
 
 
 def alarms(target: str) -> set[str]:
-    """File, line of code and what may go wrong there."""
+    """File, line of code and possible error of each alarm."""
     command = ["frama-c", *OPTIONS, f"-cpp-extra-args=-I{CORE} -include {PROOF}/model.h"]
     files = [PROOF / f"prove_{target}.c", *(CORE / f"{name}.c" for name in SOURCES[target])]
     done = subprocess.run([*command, *files], cwd=ROOT, capture_output=True, text=True)
@@ -43,7 +43,7 @@ def alarms(target: str) -> set[str]:
 
 
 def explained(target: str) -> set[str]:
-    """The alarms of this target that explained.txt tells about."""
+    """The alarms of this target that explained.txt lists."""
     text = (PROOF / "explained.txt").read_text()
     lines = [line for line in text.splitlines() if line and not line.startswith("#")]
     of_target = [line.partition(": ") for line in lines]

@@ -27,7 +27,7 @@ def nav_members() -> list[str]:
 
 
 def ram(toolchains: list[Toolchain], folder: Path) -> Table:
-    """nav_t and all its members."""
+    """Size of nav_t and all its members."""
     names = nav_members()
     types = {"nav_t": "nav_t"} | {f"m_{name}": f"((nav_t *)0)->{name}" for name in names}
     sizes = [sizes_of(toolchain, folder, types) for toolchain in toolchains]
@@ -41,7 +41,7 @@ def ram(toolchains: list[Toolchain], folder: Path) -> Table:
 
 
 def parts(objects: Objects) -> Table:
-    """Each object's code with constants, and variables."""
+    """Code with constants, and variables, of each object."""
     table = Table("object", "flash", "static RAM", title=f"{objects.toolchain.name} [bytes]")
     for path, size in sections(objects.toolchain, *objects.all()).items():
         table.add_row(path.stem, f"{size.text + size.data:,}", f"{size.data + size.bss:,}")
@@ -49,7 +49,7 @@ def parts(objects: Objects) -> Table:
 
 
 def totals(objects: Objects) -> dict[str, tuple[int, int | None]]:
-    """What is used and what may be, by the names of the README's table."""
+    """Used and permitted sizes, by the names of the README's table."""
     return {
         "static RAM, core and app": (gates.ram_bytes(objects), gates.RAM_LIMIT_BYTES),
         "of that the one `nav_t`": (gates.nav_bytes(objects), None),
@@ -59,7 +59,7 @@ def totals(objects: Objects) -> dict[str, tuple[int, int | None]]:
 
 
 def readme_rows(objects: Objects) -> list[str]:
-    """The same, as the README has it."""
+    """The same as rows of the README's table."""
     return [
         f"| {name} | {used:,} bytes | {f'{limit:,}' if limit else ''} |"
         for name, (used, limit) in totals(objects).items()

@@ -1,17 +1,19 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Build the wheel, install it into an empty environment, fly the demo from an empty folder.
+# Pack the sources, build the wheel from that archive, install it into an empty environment, fly the
+# demo from an empty folder.
 set -euo pipefail
 
 checkout=$(cd "$(dirname "$0")/../.." && pwd)
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-quiet=(--quiet --disable-pip-version-check --retries 10)
+python=$folder/venv/bin/python
+install=("$python" -m pip install --quiet --disable-pip-version-check --retries 10 --no-compile)
 
 python3 -m venv "$folder/venv"
-rm -rf "$checkout/build/lib"* "$checkout/build/bdist"* # else files that are gone are packed as well
-"$folder/venv/bin/pip" wheel "${quiet[@]}" --no-deps --wheel-dir "$folder" "$checkout"
-"$folder/venv/bin/pip" install "${quiet[@]}" "$folder"/wayflie-*.whl
+"${install[@]}" build
+"$python" -m build --outdir "$folder" "$checkout" >"$folder/log" || { cat "$folder/log"; exit 1; }
+"${install[@]}" "$folder"/wayflie-*.whl
 
 mkdir "$folder/empty"
 cd "$folder/empty"

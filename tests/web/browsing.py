@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A real browser on the page: what it is sent, where a place is on the screen, pictures of it."""
+"""A real browser on the page: what it is sent, where places are on the screen, screenshots."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ DESK = (1280, 800)
 PHONE = (390, 844)
 WAIT_MS = 120_000
 POLL_MS = 20
+REST_MS = 100
 CONNECTION_GONE = "ERR_CONNECTION_REFUSED"
 
 Frame = dict[str, Any]
@@ -32,7 +33,7 @@ def chromium() -> Iterator[Browser]:
 
 
 class Tab:
-    """One page in the browser, the last state and map that it was sent, and what went wrong."""
+    """A page in the browser, the last state and map that it was sent, and its errors."""
 
     def __init__(self, context: BrowserContext, address: str) -> None:
         self.page: Page = context.new_page()
@@ -52,21 +53,21 @@ class Tab:
         )
 
     def open(self) -> Tab:
-        """Load the page; until the drone is connected."""
+        """Load the page and wait until the drone is connected."""
         self.page.goto(self.address)
         return self.ready()
 
     def reload(self) -> Tab:
-        """As the user does it; until the drone is connected."""
+        """Reload as the user does, and wait until the drone is connected."""
         self.page.reload()
         return self.ready()
 
     def ready(self) -> Tab:
-        """Wait for a drone that takes commands."""
+        """Wait until the drone accepts commands."""
         return self.until(lambda state: state["can"]["goto"])
 
     def until(self, condition: Callable[[Frame], object]) -> Tab:
-        """Wait for a state of which that is true."""
+        """Wait for a state that meets a condition."""
         return self.wait(lambda: bool(self.state) and condition(self.state))
 
     def wait(self, condition: Callable[[], object]) -> Tab:
@@ -77,33 +78,42 @@ class Tab:
             self.page.wait_for_timeout(POLL_MS)
         raise AssertionError(f"it did not happen; the last state: {self.state}")
 
+    def rest(self) -> Tab:
+        """Wait until nothing glides on the map any more."""
+        drawn = "[wayflie.map.view.frames, wayflie.map.due]"
+        before, now = None, self.page.evaluate(drawn)
+        while now != before:
+            self.page.wait_for_timeout(REST_MS)
+            before, now = now, self.page.evaluate(drawn)
+        return self
+
     def place(self, x_m: float, y_m: float) -> tuple[float, float]:
-        """Where that is on the page, in CSS pixels."""
+        """Where a map point is on the page, in CSS pixels."""
         box = self.page.locator("#map").bounding_box()
         assert box is not None
         x_px, y_px = self.page.evaluate("([x, y]) => wayflie.map.camera.toScreen(x, y)", [x_m, y_m])
         return box["x"] + x_px, box["y"] + y_px
 
     def click(self, x_m: float, y_m: float) -> None:
-        """There, with the mouse."""
+        """Click there with the mouse."""
         self.page.mouse.click(*self.place(x_m, y_m))
 
     def press(self, name: str) -> None:
-        """The button of that name."""
+        """Press the button with this name."""
         self.page.get_by_role("button", name=name, exact=True).click()
 
     def shot(self, name: str) -> None:
-        """Keep a picture of what is seen now."""
+        """Save a screenshot."""
         SCREENS.mkdir(parents=True, exist_ok=True)
         self.page.screenshot(path=SCREENS / f"{name}.png")
 
     def _complain(self, text: str) -> None:
-        """A server that is gone is not the page's fault."""
+        """Note an error, except that the server is gone, which is not the page's fault."""
         if CONNECTION_GONE not in text:
             self.problems.append(text)
 
     def forget(self) -> None:
-        """Nothing of what came so far counts."""
+        """Forget all messages so far."""
         self.state: Frame = {}
         self.trail: list[list[float]] = []
         self.events: list[Frame] = []
@@ -115,7 +125,7 @@ class Tab:
         socket.on("framereceived", lambda payload: self._take(socket, payload))
 
     def _take(self, socket: WebSocket, payload: str | bytes) -> None:
-        """What a page that was left is still sent is nobody's."""
+        """Note a message; those to a page that was left are ignored."""
         if socket is not self.socket:
             return
         if isinstance(payload, bytes):
@@ -127,14 +137,15 @@ class Tab:
         if frame["kind"] == "state":
             self.state = frame
             self.states.append(frame)
-            self.trail = [*self.trail[: frame["trail_from"]], *frame["trail"]]
+            news = frame["trail"]
+            self.trail = [*self.trail[: news["from"]], *news["points"]]
 
 
 @contextmanager
 def browsing(
     browser: Browser, size: tuple[int, int] = DESK, dark: bool = False
 ) -> Iterator[BrowserContext]:
-    """Cookies and settings of one user: at a desk or with a phone, in the light or in the dark."""
+    """Cookies and settings of one user: desktop or phone, light or dark."""
     width, height = size
     context = browser.new_context(
         viewport={"width": width, "height": height},
@@ -153,7 +164,7 @@ def browsing(
 def tab_at(
     browser: Browser, address: str, size: tuple[int, int] = DESK, dark: bool = False
 ) -> Iterator[Tab]:
-    """A page in a browser of its own; nothing may have gone wrong in it at the end."""
+    """A page in its own browser context; at the end it must have had no errors."""
     with browsing(browser, size, dark) as context:
         tab = Tab(context, address)
         yield tab

@@ -31,7 +31,7 @@ class _Empty(BaseHTTPRequestHandler):
 
 @pytest.fixture
 def foreign() -> Iterator[str]:
-    """The address of somebody else's page on this machine."""
+    """The address of a foreign page on this machine."""
     with ThreadingHTTPServer(("127.0.0.1", 0), _Empty) as server:
         thread = threading.Thread(target=server.serve_forever)
         thread.start()

@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`wayflie ground` as it is typed, in a process of its own, always at the same port."""
+"""`wayflie ground` in its own process, always at the same port."""
 
 from __future__ import annotations
 
 import re
 import subprocess
 import sys
-from types import TracebackType
 from urllib.parse import urlsplit
 
 
 class GroundProcess:
-    """Context: the ground station runs and serves the page at its address."""
+    """Context in which the ground station runs and serves the page at its address."""
 
     def __init__(self, *uris: str, record: str = "off") -> None:
         self._command = [sys.executable, "-m", "ground", "ground", "--record", record]
@@ -23,22 +22,17 @@ class GroundProcess:
         self.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.kill()
 
     @property
     def pid(self) -> int:
-        """Of the running process."""
+        """Process id of the running station."""
         assert self._process is not None
         return self._process.pid
 
     def start(self) -> None:
-        """Run it and wait until it says where the page is."""
+        """Run it and wait until it prints where the page is."""
         port = urlsplit(self.address).port or 0
         self._process = subprocess.Popen(
             [*self._command, "--port", str(port)], stdout=subprocess.PIPE, text=True
@@ -49,7 +43,7 @@ class GroundProcess:
         self.address = found[0]
 
     def kill(self) -> None:
-        """End it without asking: nothing of it may be needed afterwards."""
+        """Kill it; nothing that it would do at its end may be needed afterwards."""
         if self._process is not None:
             with self._process as process:
                 process.kill()

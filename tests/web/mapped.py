@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The page's map in a real browser, with a drone in memory behind it, and hands to move it."""
+"""The page's map in a real browser, with a drone in memory and simulated mouse and touch."""
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeAlias
 
-from playwright.sync_api import Browser, CDPSession, Page, WebSocket, expect
+from playwright.sync_api import Browser, BrowserContext, CDPSession, Page, WebSocket, expect
 
 from ground.core import MissionReason, MissionState
 from ground.model import Point, Pose, Telemetry
-from tests.web.browsing import browsing
+from tests.web.browsing import Tab, browsing
 from tests.web.threaded import Ground
 
 Place = tuple[float, float]
@@ -23,44 +23,26 @@ def hovering(x_m: float, y_m: float) -> Telemetry:
     return Telemetry(1000, pose, Point(0.0, 0.0), MissionState.HOVER, MissionReason.OK, 100)
 
 
-class Map:
+class Map(Tab):
     """The page's map, what the page has sent, and a drone in memory behind it."""
 
-    def __init__(self, page: Page, ground: Ground) -> None:
-        self.page, self.ground = page, ground
+    def __init__(self, context: BrowserContext, ground: Ground) -> None:
+        super().__init__(context, ground.address)
+        self.ground = ground
         self.sent: list[dict[str, Any]] = []
-        page.on("websocket", self._listen)
-        page.goto(ground.address)
-        expect(page.locator("#state")).to_have_text("holding its place", timeout=WAIT_MS)
+        self.page.on("websocket", self._note)
+        self.page.goto(ground.address)
+        expect(self.page.locator("#state")).to_have_text("holding its place", timeout=WAIT_MS)
         self.rest()
 
-    def _listen(self, socket: WebSocket) -> None:
+    def _note(self, socket: WebSocket) -> None:
         socket.on("framesent", lambda payload: self.sent.append(json.loads(payload)))
 
     def ask(self, expression: str) -> Json:
         return self.page.evaluate(f"() => {{ const map = wayflie.map; return {expression}; }}")
 
-    def wait(self, condition: Callable[[], object]) -> None:
-        for _ in range(WAIT_MS // 20):
-            if condition():
-                return
-            self.page.wait_for_timeout(20)
-        raise AssertionError("it did not happen")
-
-    def rest(self) -> None:
-        """Until nothing glides any more."""
-        before = [-1]
-
-        def still() -> bool:
-            now = self.ask("[map.view.frames, map.due]")
-            done, before[:] = now == before, now
-            self.page.wait_for_timeout(100)
-            return done
-
-        self.wait(still)
-
     def at(self, x_m: float, y_m: float) -> Place:
-        """On the page, in pixels; the map begins at its upper left corner."""
+        """Place on the page in pixels; the map begins at its upper left corner."""
         found = self.ask(f"map.camera.toScreen({x_m}, {y_m})")
         return found[0], found[1]
 
@@ -68,7 +50,7 @@ class Map:
         return [wish for wish in self.sent if wish["do"] == what]
 
     def sent_goal(self) -> Place:
-        """The first that it was sent to; waits for it."""
+        """Wait for the first goal that the drone is sent to."""
         self.wait(lambda: self.wishes("goto"))
         goal = self.wishes("goto")[0]
         return goal["x"], goal["y"]
@@ -83,18 +65,17 @@ class Map:
 
 @contextmanager
 def map_of_a_hovering_drone(browser: Browser, size: tuple[int, int]) -> Iterator[Map]:
-    """The drone holds its place at (0.5, -0.25)."""
+    """A map with a drone that hovers at (0.5, -0.25)."""
     ground = Ground()
     with ground.running(), browsing(browser, size) as context:
         ground.call(lambda: ground.link.say(hovering(0.5, -0.25)))
-        page, problems = context.new_page(), list[str]()
-        page.on("pageerror", lambda error: problems.append(str(error)))
-        yield Map(page, ground)
-        assert problems == []
+        map_of_it = Map(context, ground)
+        yield map_of_it
+        assert map_of_it.problems == []
 
 
 class Fingers:
-    """Two hands' worth of touches, moved in small steps."""
+    """Touches of two hands, moved in small steps."""
 
     def __init__(self, page: Page) -> None:
         self._session: CDPSession = page.context.new_cdp_session(page)

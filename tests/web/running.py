@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 
 from websockets.asyncio.client import connect
 
-from ground.station import station_on
+from ground.station.station import station_on
 from ground.web.cockpit import Cockpit
 from ground.web.fleet import Fleet
 from ground.web.server import (

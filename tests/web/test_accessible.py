@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""axe-core looks at the page in all its states: at a desk, on a phone, in light and dark."""
+"""axe-core checks the page in all its states: on a desktop, on a phone, in light and dark."""
 
 import socket
 from collections.abc import Sequence
@@ -24,14 +24,14 @@ LOOKS = {
 
 
 class Looks:
-    """A page that is looked at in every way, and what axe found grave in any of them."""
+    """A page that is examined in every state, and the serious findings of axe."""
 
     def __init__(self, tab: Tab) -> None:
         self.tab = tab
         self.found: list[str] = []
 
     def examine(self, state: str, looks: Sequence[str] = OPPOSITE) -> None:
-        """As it is now."""
+        """Examine the page in its present state."""
         script = AXE_SCRIPT
         for look in looks:
             (width, height), dark = LOOKS[look]
@@ -46,7 +46,7 @@ class Looks:
                     self.found += [f"{at}: {node['html']}" for node in issue["nodes"]]
 
     def open_all(self, state: str) -> None:
-        """Each part that can be opened, open."""
+        """Open each part of the page that can be opened."""
         parts = self.tab.page.locator(CLOSED).element_handles()
         for part in parts:
             if part.is_visible() and part.is_enabled():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keys, gamepad and parameters in the browser, and what of them the drone is sent."""
+"""Keys, gamepad and parameters in the browser, and what the drone is sent for them."""
 
 from collections.abc import Iterator
 
@@ -7,8 +7,8 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from ground.core import MissionReason, MissionState
-from ground.model import ParameterValue, Point, Pose, SetParameter, Telemetry
-from ground.stick import REST, Steer, Stick
+from ground.model import ParameterValue, Point, Pose, Telemetry
+from ground.requests import REST, SetParameter, Steer, Stick
 from tests.web.browsing import Tab, tab_at
 from tests.web.threaded import Ground
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Floods of wishes are bounded, a stop gets through them; several drones on one page."""
+"""Floods of requests are limited and a stop gets through them; several drones on one page."""
 
 import asyncio
 import json
@@ -15,19 +15,23 @@ from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from ground.core import MissionState
-from ground.model import EmergencyStop, LinkChange, LinkState
-from ground.station import Station, station_on
+from ground.errors import LinkUnavailable
+from ground.model import LinkChange, LinkState
+from ground.requests import EmergencyStop
+from ground.station.station import Station, station_on
 from ground.web.cockpit import Cockpit
 from ground.web.fleet import COLOURS, Fleet, Member, Place
-from ground.web.page import COMMANDS_AT_ONCE, WISHES_AT_ONCE, WISHES_PER_S, Rate
+from ground.web.flow import Allowance
+from ground.web.page import COMMANDS_AT_ONCE, WISHES_AT_ONCE, WISHES_PER_S
 from ground.web.server import MESSAGE_BYTES, PAGES, STATIC, make_app
 from tests.ground.fakelink import FakeLink
 from tests.ground.stations import telemetry
+from tests.web.colours import contrast
 from tests.web.running import Running
 
 
 async def answers(page: ClientConnection, count: int) -> list[dict[str, Any]]:
-    """The next answers to wishes; states and maps in between are skipped."""
+    """The next answers to requests; states and maps in between are skipped."""
     found: list[dict[str, Any]] = []
     while len(found) < count:
         message = await page.recv()
@@ -97,12 +101,12 @@ def test_more_pages_than_there_is_room_for_are_closed_and_those_there_are_may_st
 
 @given(st.lists(st.floats(0.0, 2.0), max_size=200))
 def test_the_rate_holds_over_any_time(pauses_s: list[float]) -> None:
-    rate, now_s, taken = Rate(0.0), 0.0, 0
+    allowance, now_s, taken = Allowance(0.0, WISHES_PER_S, WISHES_AT_ONCE), 0.0, 0
     for pause_s in pauses_s:
         now_s += pause_s
-        taken += rate.allows(now_s)
+        taken += allowance.allows(now_s)
     assert taken <= WISHES_AT_ONCE + WISHES_PER_S * now_s
-    assert Rate(0.0).allows(0.0)
+    assert Allowance(0.0, WISHES_PER_S, WISHES_AT_ONCE).allows(0.0)
 
 
 def test_a_stop_that_was_pressed_without_a_link_is_sent_when_there_is_one() -> None:
@@ -132,21 +136,12 @@ def test_the_stop_of_a_page_is_for_all_drones() -> None:
     asyncio.run(run())
 
 
-def luminance(colour: str) -> float:
-    """Relative, as WCAG 2 defines it."""
-    parts = [part / 255 for part in bytes.fromhex(colour[1:])]
-    red, green, blue = (p / 12.92 if p < 0.04 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
-
-
 @pytest.mark.parametrize("colour", COLOURS)
 def test_a_drone_is_seen_in_the_light_and_in_the_dark(colour: str) -> None:
     style = (STATIC / "style.css").read_text()
     grounds = re.findall(r"--free: (#\w+);", style)
     assert len(grounds) == 2
-    for ground in grounds:
-        darker, lighter = sorted(map(luminance, (colour, ground)))
-        assert (lighter + 0.05) / (darker + 0.05) >= 3.0
+    assert min(contrast(colour, ground) for ground in grounds) >= 3.0
     assert len(set(COLOURS)) == len(COLOURS)
 
 
@@ -171,9 +166,9 @@ def test_drones_are_shown_where_they_are_for_each_other(x: float, y: float, yaw:
 
 @pytest.fixture
 def two_pages() -> Iterator[tuple[WebSocketTestSession, Fleet]]:
-    """A page of two drones, of which neither is there."""
+    """A page of two drones, both absent."""
     fleet = Fleet([Member(Cockpit(), "one"), Member(Cockpit(), "two")])
-    fleet.members[1].cockpit.trouble = "nobody answers at two"
+    fleet.members[1].cockpit.trouble = LinkUnavailable("nobody answers at two", "ask three")
     base = "http://127.0.0.1:8765"
     with TestClient(make_app(fleet), base_url=base).websocket_connect(
         "ws://127.0.0.1:8765/socket", headers={"origin": base}
@@ -201,7 +196,8 @@ def test_the_page_says_what_is_happening_to_each(
     frame = page.receive_json()
     while not frame["fleet"][1]["chosen"]:
         frame = page.receive_json()
-    assert frame["link"]["detail"] == "nobody answers at two"
+    link = {"state": "closed", "detail": "nobody answers at two", "step": "ask three"}
+    assert frame["link"] == link
     assert [row["name"] for row in frame["fleet"]] == ["one", "two"]
 
 

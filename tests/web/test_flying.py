@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The page of a simulated drone, real cflib and UDP between them: what a user sees and does."""
+"""The page of a simulated drone, with real cflib and UDP between them, as a user sees it."""
 
 import math
 from collections.abc import Iterator
@@ -41,7 +41,7 @@ def away_m(state: Frame, place: tuple[float, float]) -> float:
 
 
 def on_its_way(tab: Tab) -> tuple[float, float]:
-    """Send it where it is not, by a click; until it has a route and has left. @return where"""
+    """Send it somewhere else by a click; wait until it has a route and has left. @return where"""
     begin = tab.state["drone"]["pose"][:2]
     place = BEDROOM if away_m(tab.state, HOME) < 1.0 else HOME
     tab.click(*place)
@@ -54,7 +54,7 @@ def arrived(tab: Tab, place: tuple[float, float]) -> None:
 
 
 def known(map_frame: bytes) -> int:
-    """Cells that are not unknown."""
+    """Number of known cells."""
     return sum(map(bool, map_frame[HEADER_BYTES:]))
 
 
@@ -113,7 +113,7 @@ def test_a_server_that_was_killed_is_found_again(tab: Tab, ground: GroundProcess
 def test_a_page_of_another_origin_is_refused(
     browser: Browser, ground: GroundProcess, foreign: str
 ) -> None:
-    """Its server is on this machine too: nothing but the ground station can refuse it."""
+    """Its server is on this machine too: only the ground station can refuse it."""
     with browsing(browser) as context:
         page, said = context.new_page(), list[str]()
         page.on("console", lambda line: said.append(line.text))
@@ -147,6 +147,7 @@ def test_an_area_that_is_drawn_is_explored_and_not_left(browser: Browser) -> Non
         mouse.up()
         tab.press("Use")
         tab.until(lambda s: s["area"] == pytest.approx([-0.5, -1.0, 1.2, 0.6], abs=0.03))
+        tab.states.clear()
         explored(tab)
         tab.shot("explored")
         poses = [state["drone"]["pose"] for state in tab.states]
@@ -156,7 +157,7 @@ def test_an_area_that_is_drawn_is_explored_and_not_left(browser: Browser) -> Non
 
 
 def explored(tab: Tab) -> None:
-    """Press Explore; until it is on the ground again."""
+    """Press Explore, and wait until the drone is on the ground again."""
     tab.press("Explore")
     tab.until(lambda state: state["can"]["land"])
     tab.until(lambda state: state["can"]["take_off"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Flying by hand from the page: it moves while a key is held, and stands when nothing says go on.
+"""Flying by hand from the page: the drone moves while a key is held, and stops when input stops.
 
 In real time, because the server's patience is.
 """
@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, expect
 
 from ground.sim.process import SimulatorProcess
 from tests.web.browsing import Tab, tab_at
@@ -27,11 +27,12 @@ def ground() -> Iterator[GroundProcess]:
         GroundProcess(simulator.uri) as ground,
     ):
         yield ground
+        assert simulator.stop()["collisions"] == 0
 
 
 @pytest.fixture
 def tab(browser: Browser, ground: GroundProcess) -> Iterator[Tab]:
-    """Somebody else's page on a drone that hovers."""
+    """The page of an observer of a hovering drone."""
     with tab_at(browser, ground.address) as tab:
         tab.open()
         if tab.state["can"]["take_off"]:
@@ -42,14 +43,14 @@ def tab(browser: Browser, ground: GroundProcess) -> Iterator[Tab]:
 
 @pytest.fixture
 def hand(tab: Tab) -> Tab:
-    """The page of who flies."""
+    """The page of the user who flies."""
     hand = Tab(tab.page.context, tab.address).open()
     hand.page.locator("#hand").click()
     return hand
 
 
 def moves(tab: Tab, hand: Tab, key: str) -> None:
-    """Hold the key until the drone has moved by it."""
+    """Hold the key until the drone has moved this far."""
     begin = tab.state["drone"]["pose"][:2]
     hand.page.bring_to_front()
     hand.page.keyboard.down(key)
@@ -57,19 +58,29 @@ def moves(tab: Tab, hand: Tab, key: str) -> None:
 
 
 def stands(tab: Tab) -> None:
-    """By the drone's own time from now."""
+    """Check that it stands from now on, by the drone's own time."""
     tab.states.clear()
     tab.wait(lambda: tab.states)
     from_s = tab.state["drone"]["time_s"] + STOPS_WITHIN_S
     tab.until(lambda state: state["drone"]["time_s"] > from_s + WATCHED_S)
     after = [s["drone"]["pose"] for s in tab.states if s["drone"]["time_s"] >= from_s]
     assert max(math.dist(pose[:2], after[0][:2]) for pose in after) < STANDS_M
+    assert tab.state["mission"]["state"] == "HOVER"
 
 
 def test_it_moves_while_a_key_is_held_and_stands_when_it_is_let_go(tab: Tab, hand: Tab) -> None:
+    expect(hand.page.locator("#hand-hint")).to_contain_text("let go and it stands")
     moves(tab, hand, "ArrowUp")
     hand.shot("by-hand")
     hand.page.keyboard.up("ArrowUp")
+    stands(tab)
+
+
+def test_it_climbs_while_its_key_is_held(tab: Tab, hand: Tab) -> None:
+    hand.page.bring_to_front()
+    hand.page.keyboard.down("KeyW")
+    tab.until(lambda state: state["drone"]["pose"][2] > 0.6)
+    hand.page.keyboard.up("KeyW")
     stands(tab)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the page is told of a goal before the drone is: the way, or why it would be refused."""
+"""What the page learns about a goal before the drone is sent: the route, or why it is refused."""
 
 import dataclasses
 import math
@@ -9,7 +9,7 @@ import pytest
 
 from ground.core import CellState, MissionReason, MissionState, SelfTest, Source
 from ground.model import Health, Odometry, Point, Pose, Ranges, Telemetry
-from ground.picture import Picture
+from ground.station.picture import Picture
 from ground.web.insight import Known, frontiers, preview
 from ground.web.people import LASTING_S, People
 
@@ -20,7 +20,7 @@ WALL, WALL_TO = 64, 80  # across the room, open above
 
 
 def cell_of(place: Point) -> tuple[int, int]:
-    """Row and column."""
+    """Row and column of a cell."""
     return (
         math.floor((place.y_m - ORIGIN.y_m) / CELL_M),
         math.floor((place.x_m - ORIGIN.x_m) / CELL_M),
@@ -28,7 +28,7 @@ def cell_of(place: Point) -> tuple[int, int]:
 
 
 def room() -> np.ndarray:
-    """Two halves, and a way from one to the other at the upper end of a wall."""
+    """Two halves, connected at the upper end of a wall."""
     states = np.zeros((SIDE, SIDE), np.uint8)
     states[BOTTOM : TOP + 1, LEFT : RIGHT + 1] = CellState.FREE
     states[[BOTTOM, TOP], LEFT : RIGHT + 1] = CellState.OCCUPIED

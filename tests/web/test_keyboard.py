@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""By keyboard alone: everything is reached, what has the focus is seen, a flight is flown."""
+"""By keyboard alone: every control is reachable, focus is visible, a flight is flown."""
 
 from typing import Any
 
@@ -37,7 +37,7 @@ FOCUSED = """() => {
 
 
 def tab_through(page: Page) -> list[dict[str, Any]]:
-    """What has the focus, one after the other, until the page has been left."""
+    """The elements that get the focus in turn, until the page is left."""
     seen: list[dict[str, Any]] = []
     for _ in range(TABS_MAX):
         page.keyboard.press("Tab")
@@ -49,7 +49,7 @@ def tab_through(page: Page) -> list[dict[str, Any]]:
 
 
 def tab_to(page: Page, name: str) -> None:
-    """Press Tab until that has the focus."""
+    """Press Tab until an element has the focus."""
     for _ in range(TABS_MAX):
         page.keyboard.press("Tab")
         if page.evaluate(FOCUSED)["name"].startswith(name):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Drawing on the map: way points, an area; and choosing what it shows."""
+"""Drawing on the map: waypoints, an area; and choosing what it shows."""
 
 from collections.abc import Iterator
 
@@ -21,7 +21,7 @@ def desk(browser: Browser) -> Iterator[Map]:
 
 def test_way_points_are_drawn_mended_and_flown(desk: Map) -> None:
     page = desk.page
-    page.get_by_role("button", name="Way points").click()
+    page.get_by_role("button", name="Waypoints").click()
     places = [(1.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
     for place in places:
         page.mouse.click(*desk.at(*place))
@@ -42,11 +42,11 @@ def test_way_points_are_drawn_mended_and_flown(desk: Map) -> None:
 
 def test_way_points_are_left_without_a_trace(desk: Map) -> None:
     page = desk.page
-    page.get_by_role("button", name="Way points").click()
+    page.get_by_role("button", name="Waypoints").click()
     page.mouse.click(*desk.at(1.0, 0.0))
     page.keyboard.press("Escape")
     expect(page.locator("#draft")).to_be_hidden()
-    page.get_by_role("button", name="Way points").click()
+    page.get_by_role("button", name="Waypoints").click()
     page.mouse.click(*desk.at(-1.0, 0.5))
     page.get_by_role("button", name="Patrol").click()
     desk.wait(lambda: desk.wishes("patrol"))

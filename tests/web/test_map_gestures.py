@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hands on the map: mouse, wheel, fingers and keys look about and send the drone."""
+"""Gestures on the map: mouse, wheel, fingers and keys move the view and send the drone."""
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 from playwright.sync_api import Browser, expect
 
-from ground.core import CellState
-from ground.model import MapPiece
+from ground.core import CellState, MissionState
+from ground.model import MapPiece, Point
 from tests.ground.stations import packet_of
 from tests.web.browsing import DESK, PHONE
 from tests.web.mapped import WAIT_MS, Fingers, Map, hovering, map_of_a_hovering_drone
@@ -30,7 +31,7 @@ def phone(browser: Browser) -> Iterator[Map]:
 
 
 def a_wall_ahead(ground: Ground) -> None:
-    """Free around the drone; from x = 1.2 on there is a wall."""
+    """A map that is free around the drone, with a wall from x = 1.2 on."""
     tiles = [(row, column) for row in range(4, 12) for column in range(4, 12)]
     pieces = [MapPiece(16 * r + c, 0, WALL if c == 11 else FREE, ()) for r, c in tiles]
     ground.call(lambda: ground.link.say(*map(packet_of, pieces)))
@@ -122,6 +123,20 @@ def test_two_fingers_zoom_and_turn(phone: Map) -> None:
     assert phone.ask("map.camera.angle") == pytest.approx(math.pi / 4, abs=0.15)
     expect(phone.page.get_by_role("button", name="Turn the map back")).to_be_visible()
     assert phone.wishes("goto") == []
+
+
+def test_a_goal_beyond_all_that_is_known_is_seen(desk: Map) -> None:
+    a_wall_ahead(desk.ground)
+    goal = Point(4.0, 3.0)
+    away = replace(hovering(0.5, -0.25), state=MissionState.FOLLOW, goal=goal)
+    desk.ground.call(lambda: desk.ground.link.say(away))
+    desk.wait(lambda: desk.ask("map.view.cells.knownBox && map.state.drone.goal"))
+    desk.rest()
+    x_px, y_px = desk.at(goal.x_m, goal.y_m)
+    tools = desk.page.locator(".map-view").bounding_box()
+    assert tools is not None
+    assert 0 < x_px < tools["x"]
+    assert 0 < y_px < DESK[1]
 
 
 # --- going ---------------------------------------------------------------------------------------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the map looks like: colours that are told apart from the ground, calm, odometry, people."""
+"""The look of the map: distinguishable colours, reduced motion, odometry, people."""
 
 from collections.abc import Iterator
 
@@ -10,6 +10,7 @@ from ground.core import CellState, MissionReason, MissionState
 from ground.model import MapPiece, Odometry, Point, Pose, Ranges, Telemetry
 from tests.ground.stations import packet_of
 from tests.web.browsing import DESK
+from tests.web.colours import contrast
 from tests.web.mapped import WAIT_MS, Map, hovering, map_of_a_hovering_drone
 
 LINES = (
@@ -24,17 +25,6 @@ LEAST_TEXT = 4.5  # and 1.4.3
 def desk(browser: Browser) -> Iterator[Map]:
     with map_of_a_hovering_drone(browser, DESK) as desk:
         yield desk
-
-
-def luminance(colour: str) -> float:
-    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-    red, green, blue = (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
-
-
-def contrast(one: str, other: str) -> float:
-    dark, light = sorted((luminance(one), luminance(other)))
-    return (light + 0.05) / (dark + 0.05)
 
 
 def test_what_is_drawn_is_told_from_the_ground_in_light_and_in_dark(desk: Map) -> None:
@@ -65,17 +55,19 @@ def test_who_wants_calm_sees_no_gliding(desk: Map) -> None:
     assert desk.ask("map.view.frames") - frames <= 3
 
 
-def test_the_raw_odometry_is_shown_beside_the_pose(desk: Map) -> None:
+def test_the_odometry_alone_is_shown_beside_the_pose(desk: Map) -> None:
     legend = desk.page.locator("#legend")
     expect(legend).to_be_hidden()
-    for x_m in (0.5, 0.7, 0.9):
-        odometry = Odometry(1000, Pose(x_m, 0.05, 0.4, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0)
+    for ms, x_m in enumerate((0.5, 0.7, 0.9), 1000):
+        odometry = Odometry(ms, Pose(x_m, 0.05, 0.4, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0)
         desk.ground.call(lambda odometry=odometry: desk.ground.link.say(odometry))
         desk.wait(lambda x_m=x_m: (desk.ask("map.state.odometry") or [0])[0] == x_m)
-    expect(legend).to_contain_text("raw odometry, 0.50 m off", timeout=WAIT_MS)
+    expect(legend).to_contain_text("odometry alone, 0.50 m off", timeout=WAIT_MS)
     assert desk.ask("map.ghostTrail") == [[0.5, 0.05], [0.7, 0.05], [0.9, 0.05]]
+    desk.page.reload()
+    desk.wait(lambda: desk.ask("map.ghostTrail") == [[0.5, 0.05], [0.7, 0.05], [0.9, 0.05]])
     desk.page.get_by_role("button", name="Layers").click()
-    desk.page.get_by_label("Raw odometry").uncheck()
+    desk.page.get_by_label("Odometry alone").uncheck()
     expect(legend).to_be_hidden()
 
 

@@ -1,26 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The page in a real browser: a click becomes a goal, Space stops, the map is drawn."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from ground.core import CellState, MissionCmd, MissionReason, MissionState, SelfTest
-from ground.model import (
-    EmergencyStop,
-    Health,
-    MapPiece,
-    Point,
-    Pose,
-    Ranges,
-    SetParameter,
-    Telemetry,
-)
+from ground.model import Health, MapPiece, Point, Pose, Ranges, Telemetry
+from ground.requests import EmergencyStop, SetParameter
 from ground.web.fleet import COLOURS, Member, Place
 from ground.words import SELF_TEST_WORDS
 from tests.ground.stations import packet_of
-from tests.web.browsing import tab_at
+from tests.web.browsing import Tab, tab_at
 from tests.web.threaded import Ground
 
 WAIT_MS = 20_000
@@ -40,12 +32,17 @@ def ground() -> Iterator[Ground]:
 
 
 @pytest.fixture
-def page(browser: Browser, ground: Ground) -> Iterator[Page]:
-    """The page at a desk, in the light; nothing but this machine may be asked for anything."""
+def tab(browser: Browser, ground: Ground) -> Iterator[Tab]:
+    """The page on a desktop, in light mode; only this machine may be asked for anything."""
     with tab_at(browser, ground.address) as tab:
         tab.page.goto(ground.address)
         expect(tab.page.locator("#state")).to_have_text("holding its place", timeout=WAIT_MS)
-        yield tab.page
+        yield tab.rest()
+
+
+@pytest.fixture
+def page(tab: Tab) -> Page:
+    return tab.page
 
 
 def on_the_ground(self_test: SelfTest) -> tuple[Telemetry, Health]:
@@ -54,22 +51,13 @@ def on_the_ground(self_test: SelfTest) -> tuple[Telemetry, Health]:
     return telemetry, Health(1000, 4.0, 0.0, 0, 0, 0, 0, 0, supervisor=0, self_test=self_test)
 
 
-def wait_until(page: Page, condition: Callable[[], bool]) -> None:
-    for _ in range(WAIT_MS // 20):
-        if condition():
-            return
-        page.wait_for_timeout(20)
-    raise AssertionError("it did not happen")
-
-
-def test_a_click_becomes_a_goal_and_space_stops(ground: Ground, page: Page) -> None:
-    link = ground.link
-    page.wait_for_timeout(1500)  # the view glides to what is known, then rests
+def test_a_click_becomes_a_goal_and_space_stops(ground: Ground, tab: Tab) -> None:
+    link, page = ground.link, tab.page
     box = page.locator("#map").bounding_box()
     assert box is not None
     middle_x, middle_y = box["width"] / 2, box["height"] / 2
     page.locator("#map").click(position={"x": middle_x + 100, "y": middle_y - 50})
-    wait_until(page, lambda: bool(link.acts))
+    tab.wait(lambda: link.acts)
     assert link.acts[0].cmd is MissionCmd.GOTO
     goal = link.acts[0].goal
     assert goal.x_m > 0.3
@@ -77,11 +65,11 @@ def test_a_click_becomes_a_goal_and_space_stops(ground: Ground, page: Page) -> N
     assert goal.x_m == pytest.approx(2 * goal.y_m, rel=0.05), "100 pixels right, 50 up"
 
     page.get_by_role("button", name="Explore").click()
-    wait_until(page, lambda: len(link.acts) == 2)
+    tab.wait(lambda: len(link.acts) == 2)
     assert link.acts[1].cmd is MissionCmd.EXPLORE
 
     page.keyboard.press("Space")
-    wait_until(page, lambda: link.count(EmergencyStop) > 0)
+    tab.wait(lambda: link.count(EmergencyStop) > 0)
     expect(page.locator("#state")).to_have_text("stopped", timeout=WAIT_MS)
     expect(page.locator("#latched")).to_contain_text("motors are cut", timeout=WAIT_MS)
     for name in ("Take off", "Explore", "Home", "Hold", "Scan", "Land"):
@@ -96,18 +84,19 @@ def test_a_refusal_is_shown_in_words(page: Page, ground: Ground) -> None:
     ground.link._reason = MissionReason.BATTERY_LOW
     page.get_by_role("button", name="Explore").click()
     toast = page.get_by_role("status")
-    expect(toast).to_have_text("Explore refused: the battery is low", timeout=WAIT_MS)
+    words = "Explore refused: the battery is low. Next: charge it; way.lowBat is the limit."
+    expect(toast).to_have_text(words, timeout=WAIT_MS)
 
 
-def test_the_map_is_drawn_where_it_lies(page: Page, ground: Ground) -> None:
+def test_the_map_is_drawn_where_it_lies(tab: Tab, ground: Ground) -> None:
     states = bytearray([CellState.FREE] * 64)
     states[0:8] = [CellState.OCCUPIED] * 8
     ranges = Ranges(1000, 1.0, 2.0, None, 0.5, None)
     pieces = [packet_of(MapPiece(tile, 0, bytes(states), ())) for tile in range(256)]
     ground.call(lambda: ground.link.say(ranges, *pieces))
-    expect(page.locator("#map-complete")).to_have_text("100 %", timeout=WAIT_MS)
-    page.wait_for_timeout(2000)
-    colours = page.evaluate(
+    expect(tab.page.locator("#map-complete")).to_have_text("100 %", timeout=WAIT_MS)
+    tab.wait(lambda: tab.page.evaluate("wayflie.map.view.cells.knownBox"))
+    colours = tab.rest().page.evaluate(
         """() => {
           const canvas = document.getElementById("map");
           const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
@@ -125,15 +114,17 @@ def test_the_map_is_drawn_where_it_lies(page: Page, ground: Ground) -> None:
 
 @pytest.mark.parametrize("result", [SelfTest.AGREES, SelfTest.DIFFERS])
 def test_the_self_test_can_be_run_and_tells_its_result(
-    ground: Ground, page: Page, result: SelfTest
+    ground: Ground, tab: Tab, result: SelfTest
 ) -> None:
+    page = tab.page
+    page.get_by_text("Link, computing, self-test").click()
     shown, run = page.locator("#self-test"), page.get_by_role("button", name="Run the self-test")
     expect(run).to_be_hidden()
     ground.call(lambda: ground.link.say(*on_the_ground(SelfTest.NOT_RUN)))
     expect(shown).to_have_text("not run", timeout=WAIT_MS)
     run.click()
     asked = SetParameter("way.selftest", 1)
-    wait_until(page, lambda: asked in ground.link.sent)
+    tab.wait(lambda: asked in ground.link.sent)
     for state in (SelfTest.RUNNING, result):
         ground.call(lambda state=state: ground.link.say(*on_the_ground(state)))
         expect(shown).to_have_text(SELF_TEST_WORDS[state], timeout=WAIT_MS)
@@ -143,12 +134,14 @@ def test_the_self_test_can_be_run_and_tells_its_result(
 
 def test_a_lost_drone_is_told_and_cannot_be_commanded(page: Page, ground: Ground) -> None:
     ground.call(lambda: ground.link.lose())
-    expect(page.locator("#link")).to_have_attribute("data-state", "lost", timeout=WAIT_MS)
+    expect(page.locator("#link")).to_have_text("link lost", timeout=WAIT_MS)
+    expect(page.locator("#state")).to_have_text("last heard: holding its place")
+    expect(page.locator("#detail")).not_to_be_empty()
     expect(page.get_by_role("button", name="Land")).to_be_disabled(timeout=WAIT_MS)
 
 
 def colour_at(page: Page, x_m: float, y_m: float) -> tuple[int, int, int]:
-    """What is drawn there, once the view rests: it shows two metres to all sides."""
+    """The colour drawn there, once the view rests; it shows two metres to all sides."""
     found = page.evaluate(
         """([x, y]) => {
           const canvas = document.getElementById("map");
@@ -161,29 +154,28 @@ def colour_at(page: Page, x_m: float, y_m: float) -> tuple[int, int, int]:
     return found[0], found[1], found[2]
 
 
-def test_two_drones_are_shown_and_the_chosen_one_is_commanded(ground: Ground, page: Page) -> None:
+def test_two_drones_are_shown_and_the_chosen_one_is_commanded(ground: Ground, tab: Tab) -> None:
+    page = tab.page
     second = Member(ground.other, "udp://two", Place(1.0, 1.0, 0.0))
     ground.call(lambda: ground.fleet.members.append(second))
     ground.call(lambda: ground.other_link.say(hovering(Point(0.0, 0.0))))
     buttons = page.locator("#fleet button")
     expect(buttons).to_have_count(2, timeout=WAIT_MS)
     expect(buttons.nth(1)).to_contain_text("holding its place", timeout=WAIT_MS)
-    page.wait_for_timeout(1500)
     colours = [tuple(bytes.fromhex(colour[1:])) for colour in COLOURS[:2]]
-    assert [colour_at(page, 0.5, -0.25), colour_at(page, 1.5, 0.75)] == colours
+    tab.wait(lambda: [colour_at(page, 0.5, -0.25), colour_at(page, 1.5, 0.75)] == colours)
     page.get_by_role("button", name="Hold", exact=True).click()
-    wait_until(page, lambda: bool(ground.link.acts))
+    tab.wait(lambda: ground.link.acts)
     buttons.nth(1).click()
     expect(buttons.nth(1)).to_have_attribute("aria-pressed", "true", timeout=WAIT_MS)
-    page.wait_for_timeout(1500)
-    assert [colour_at(page, -0.5, -1.25), colour_at(page, 0.5, -0.25)] == colours
+    tab.wait(lambda: [colour_at(page, -0.5, -1.25), colour_at(page, 0.5, -0.25)] == colours)
     page.get_by_role("button", name="Land").click()
-    wait_until(page, lambda: bool(ground.other_link.acts))
+    tab.wait(lambda: ground.other_link.acts)
     assert [act.cmd for act in ground.link.acts] == [MissionCmd.HOLD]
     assert [act.cmd for act in ground.other_link.acts] == [MissionCmd.LAND]
     page.keyboard.press("Space")
     for link in (ground.link, ground.other_link):
-        wait_until(page, lambda link=link: link.count(EmergencyStop) > 0)
+        tab.wait(lambda link=link: link.count(EmergencyStop) > 0)
 
 
 class Line:
@@ -202,7 +194,8 @@ class Line:
         self.position_s = time_s
 
 
-def test_a_recording_has_a_time_line_and_nothing_to_command(page: Page, ground: Ground) -> None:
+def test_a_recording_has_a_time_line_and_nothing_to_command(tab: Tab, ground: Ground) -> None:
+    page = tab.page
     assert not page.locator("#timeline").is_visible()
     ground.cockpit.timeline = line = Line()
     text, play = page.locator("#time-text"), page.locator("#play")
@@ -213,8 +206,9 @@ def test_a_recording_has_a_time_line_and_nothing_to_command(page: Page, ground: 
     page.locator("#time").focus()
     page.keyboard.press("End")
     expect(text).to_have_text("1:00 / 1:00", timeout=WAIT_MS)
-    page.wait_for_timeout(1000)
-    assert line.position_s == 60.0
+    tab.wait(lambda: line.position_s == 60.0)
+    tab.states.clear()
+    tab.wait(lambda: tab.states)
     expect(text).to_have_text("1:00 / 1:00", timeout=WAIT_MS)
     for name in ("#stop", ".commands"):
         assert not page.locator(name).is_visible()

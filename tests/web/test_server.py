@@ -4,7 +4,6 @@
 import asyncio
 import contextlib
 import json
-import struct
 from collections.abc import AsyncIterator, Iterator
 from typing import Any
 
@@ -12,36 +11,21 @@ import pytest
 from starlette.testclient import TestClient, WebSocketDenialResponse, WebSocketTestSession
 
 from ground.core import (
-    GRID_SIDE_CELLS,
-    CellState,
     MissionCmd,
     MissionReason,
     MissionState,
 )
-from ground.model import (
-    Command,
-    EmergencyStop,
-    LinkChange,
-    LinkState,
-    MapPiece,
-    Point,
-    Pose,
-    Telemetry,
-)
-from ground.station import Station
+from ground.model import Point, Pose, Telemetry
+from ground.requests import Command, EmergencyStop
+from ground.station.station import Station
 from ground.web.cockpit import Cockpit
 from ground.web.fleet import Fleet
-from ground.web.frames import MAP_HEADER, NO_TRAIL, map_frame, state_frame
 from ground.web.server import make_app
 from tests.ground.fakelink import FakeLink
-from tests.ground.stations import packet_of
 
 BASE = "http://127.0.0.1:8765"
 SOCKET = "ws://127.0.0.1:8765/socket"
 ORIGIN = {"origin": BASE}
-
-
-FREE_TILE = packet_of(MapPiece(0, 0, bytes([CellState.FREE] * 64), ()))
 
 
 def flying(drone_ms: int = 1000) -> Telemetry:
@@ -98,7 +82,7 @@ def test_files_outside_are_not_served(client: TestClient) -> None:
 
 
 class Drone:
-    """A fake drone with a station, living in the loop of a test client."""
+    """A fake drone with a station, on the loop of a test client."""
 
     def __init__(self) -> None:
         self.link = FakeLink()
@@ -157,7 +141,8 @@ def state_where(page: WebSocketTestSession, *keys: str, value: object) -> dict[s
 
 def test_goal_arrives_at_the_drone(page: WebSocketTestSession, drone: Drone) -> None:
     page.send_json({"do": "goto", "x": 1.25, "y": -2})
-    assert receive(page, "answer") == {"kind": "answer", "do": "goto", "ok": True, "words": ""}
+    answer = receive(page, "answer")
+    assert answer == {"kind": "answer", "do": "goto", "ok": True, "words": "", "step": ""}
     assert [(act.cmd, act.goal) for act in drone.link.acts] == [
         (MissionCmd.GOTO, Point(1.25, -2.0))
     ]
@@ -181,15 +166,6 @@ def test_nonsense_is_answered_and_goes_nowhere(
     assert not answer["ok"]
     assert answer["words"]
     assert drone.link.acts == []
-
-
-def test_to_find_itself_it_needs_a_map() -> None:
-    station = Station(FakeLink())
-    seen = [LinkChange(LinkState.CONNECTED, ""), flying()]
-    for message, permitted in [*((m, False) for m in seen), (FREE_TILE, True)]:
-        station.picture.take(message, 0.0)
-        frame = json.loads(state_frame(Cockpit(station), NO_TRAIL)[0])
-        assert frame["can"]["relocalise"] is permitted
 
 
 def test_garbage_does_not_end_the_connection(page: WebSocketTestSession, drone: Drone) -> None:
@@ -255,43 +231,3 @@ def test_dead_man_leaves_a_flight_alone_that_no_page_began(drone: Drone) -> None
             return drone.link.acts
 
     assert asyncio.run(run()) == []
-
-
-def test_state_frame_is_plain_json_with_and_without_a_drone() -> None:
-    cockpit = Cockpit()
-    text, _ = state_frame(cockpit, NO_TRAIL)
-    assert json.loads(text)["link"]["state"] == "closed"
-    cockpit.station = Station(FakeLink())
-    cockpit.station.picture.take(flying(), 0.0)
-    frame = json.loads(state_frame(cockpit, NO_TRAIL)[0])
-    assert frame["drone"]["pose"] == [1.0, 2.0, 0.4, 0.5]
-    assert frame["mission"]["words"] == "flying"
-
-
-def test_trail_is_sent_once() -> None:
-    cockpit = Cockpit(Station(FakeLink()))
-    assert cockpit.station is not None
-    picture = cockpit.station.picture
-    for i in range(5):
-        moved = flying(i)
-        pose = Pose(float(i), 0.0, 0.4, 0.0)
-        telemetry = Telemetry(i, pose, moved.goal, moved.state, moved.fault, 100)
-        picture.take(telemetry, 0.0)
-    text, sent = state_frame(cockpit, NO_TRAIL)
-    assert json.loads(text)["trail"] == [[float(i), 0.0] for i in range(5)]
-    text, again = state_frame(cockpit, sent)
-    assert (json.loads(text)["trail"], json.loads(text)["trail_from"]) == ([], 5)
-    assert again == sent
-
-
-def test_map_frame_carries_cells_and_points() -> None:
-    station = Station(FakeLink())
-    states = bytearray([CellState.FREE] * 64)
-    states[1] = CellState.OCCUPIED
-    station.picture.take(packet_of(MapPiece(0, 0, bytes(states), ((1, 0o52),))), 0.0)
-    frame = map_frame(station.picture)
-    revision, side, _, cell_m, _, _ = MAP_HEADER.unpack_from(frame)
-    assert (revision, side) == (1, GRID_SIDE_CELLS)
-    assert struct.pack("<f", cell_m) == struct.pack("<f", 0.05)
-    assert len(frame) == MAP_HEADER.size + side * side
-    assert list(frame[MAP_HEADER.size :][:3]) == [CellState.FREE, 3 + 4 * 0o52, CellState.FREE]

@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 from websockets.sync.client import ClientConnection, connect
 
-from ground.cli import app
+from ground.cli.app import app
 from ground.sim.process import SimulatorProcess
 
 # cflib leaves the sockets of its scan to the garbage collector.
@@ -29,7 +29,7 @@ Frame = dict[str, Any]
 
 @contextmanager
 def station(folder: Path, *arguments: str) -> Iterator[str]:
-    """The command, running; the page's address."""
+    """The running command, and the page's address."""
     command = [sys.executable, "-m", "ground", "ground", "--port", "0", *arguments]
     environment = os.environ | {"XDG_DATA_HOME": str(folder)}
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
@@ -42,7 +42,7 @@ def station(folder: Path, *arguments: str) -> Iterator[str]:
 
 
 def frame_where(page: ClientConnection, condition: Callable[[Frame], bool]) -> Frame:
-    """The first state of which that is true."""
+    """The first state that meets a condition."""
     for message in page:
         if isinstance(message, str):
             frame: Frame = json.loads(message)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""STOP in the browser where it is needed most: while nobody answers, and whatever has the focus."""
+"""STOP in the browser where it is needed most: without an answer, and whatever has the focus."""
 
 from playwright.sync_api import Browser, expect
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wishes of a page beyond plain commands: ways, area, spin, parameters; and what pages are told."""
+"""Requests of a page beyond plain commands: routes, area, spin, parameters; and their answers."""
 
 import asyncio
 import json
@@ -11,23 +11,13 @@ import pytest
 
 from ground.core import EventCode, MissionCmd, MissionState, RecordKind
 from ground.errors import GroundError
-from ground.linkrate import LinkRate
-from ground.missing import History, Record
-from ground.model import (
-    Console,
-    LinkStats,
-    Odometry,
-    Outgoing,
-    ParameterValue,
-    Point,
-    Pose,
-    SetParameter,
-    Waypoints,
-)
-from ground.station import Station, station_on
+from ground.link.rate import LinkRate
+from ground.model import Console, History, LinkStats, Odometry, ParameterValue, Point, Pose, Record
+from ground.requests import Outgoing, SetParameter, Waypoints
+from ground.station.station import Station, station_on
 from ground.web.cockpit import AREA, Cockpit
 from ground.web.events import events_frame
-from ground.web.frames import NO_TRAIL, state_frame
+from ground.web.frames import NOTHING, state_frame
 from ground.web.parameters import parameters_frame
 from ground.web.wishes import perform
 from tests.ground.fakelink import FakeLink
@@ -115,7 +105,7 @@ def test_nonsense_is_refused_with_words_and_nothing_is_sent(wish: dict[str, Any]
 
 
 class Unwilling(FakeLink):
-    """The app puts back what it does not like, and its console says why."""
+    """The app restores values that it refuses, and its console says why."""
 
     def send(self, message: Outgoing) -> None:
         super().send(message)
@@ -154,7 +144,7 @@ def test_parameters_come_with_range_unit_and_help() -> None:
 def test_state_tells_area_odometry_and_the_last_correction() -> None:
     station = Station(FakeLink())
     cockpit = Cockpit(station)
-    frame = json.loads(state_frame(cockpit, NO_TRAIL)[0])
+    frame = json.loads(state_frame(cockpit, NOTHING)[0])
     assert (frame["area"], frame["odometry"], frame["status"]["correction"]) == (None, None, None)
     for name, value in zip(AREA, (-1.0, -2.0, 3.0, 4.0), strict=True):
         station.picture.take(ParameterValue(name, value), 0.0)
@@ -163,7 +153,7 @@ def test_state_tells_area_odometry_and_the_last_correction() -> None:
     station.picture.take(telemetry(5000, MissionState.FOLLOW, 1.0, 0.0), 0.0)
     moved = Record(3000, RecordKind.MATCHED, 0.03, 0.04, 0.0)
     station.picture.take_history(History(0, (moved,)), 1)
-    frame = json.loads(state_frame(cockpit, NO_TRAIL)[0])
+    frame = json.loads(state_frame(cockpit, NOTHING)[0])
     assert frame["area"] == [-1.0, -2.0, 3.0, 4.0]
     assert frame["odometry"] == [1.0, 2.0, 0.25]
     correction = frame["status"]["correction"]
@@ -175,7 +165,7 @@ def test_a_turn_moves_what_is_far_from_the_origin() -> None:
     station.picture.take(telemetry(5000, MissionState.FOLLOW, 2.0, 0.0), 0.0)
     turned = Record(4000, RecordKind.MATCHED, 0.0, 0.0, 0.01)
     station.picture.take_history(History(0, (turned,)), 1)
-    correction = json.loads(state_frame(Cockpit(station), NO_TRAIL)[0])["status"]["correction"]
+    correction = json.loads(state_frame(Cockpit(station), NOTHING)[0])["status"]["correction"]
     assert correction["moved_m"] == pytest.approx(0.02, rel=0.01)
     assert correction["turned_deg"] == pytest.approx(math.degrees(0.01), abs=1e-3)
 

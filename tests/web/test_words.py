@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the page says of what happened on board."""
+"""What the page says about events on board."""
 
 import json
 
@@ -7,10 +7,12 @@ import pytest
 
 from ground.core import EventCode
 from ground.model import Event, Point
-from ground.station import Station
+from ground.station.station import Station
 from ground.web.cockpit import Cockpit
 from ground.web.events import events_frame
 from tests.ground.fakelink import FakeLink
+
+CODED = (EventCode.STATE, EventCode.REFUSED, EventCode.FAULT, EventCode.SKIPPED)
 
 
 @pytest.mark.parametrize(("given_up", "level"), [(0, "good"), (1, "warning")])
@@ -26,5 +28,6 @@ def test_what_was_given_up_is_not_called_explored(given_up: int, level: str) -> 
 def test_every_event_is_told_in_words(code: EventCode) -> None:
     cockpit = Cockpit(Station(FakeLink()))
     assert cockpit.station is not None
-    cockpit.station.picture.take(Event(1, 100, code, 1, Point(0.0, 0.0)), 0.0)
+    argument = 1 if code in CODED else 99
+    cockpit.station.picture.take(Event(1, 100, code, argument, Point(0.0, 0.0)), 0.0)
     assert [bool(event["words"]) for event in json.loads(events_frame(cockpit))["rows"]] == [True]

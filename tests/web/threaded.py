@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The page's real server in a thread of its own: a browser is waited for in the other."""
+"""The page's real server in its own thread, so that a test can wait for its browser."""
 
 import asyncio
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from ground.station import station_on
+from ground.station.station import station_on
 from ground.web.cockpit import Cockpit
 from ground.web.fleet import Fleet
 from ground.web.server import page_server
@@ -14,7 +14,7 @@ from tests.ground.fakelink import FakeLink
 
 
 class Ground:
-    """The ground station in a thread of its own, with a drone in memory."""
+    """The ground station in its own thread, with a drone in memory."""
 
     def __init__(self) -> None:
         self.link = FakeLink()
@@ -22,17 +22,15 @@ class Ground:
         self.cockpit, self.other = Cockpit(), Cockpit()
         self.fleet = Fleet.of(self.cockpit)
         self.address = ""
-        self._loop = asyncio.new_event_loop()
         self._ready = threading.Event()
-        self._done = asyncio.Event()
 
     def call(self, work: Callable[[], object]) -> None:
-        """Run in the station's loop."""
+        """Run a call in the station's loop."""
         self._loop.call_soon_threadsafe(work)
 
     @contextmanager
     def running(self) -> Iterator["Ground"]:
-        thread = threading.Thread(target=self._loop.run_until_complete, args=(self._serve(),))
+        thread = threading.Thread(target=asyncio.run, args=(self._serve(),))
         thread.start()
         assert self._ready.wait(20)
         try:
@@ -40,9 +38,9 @@ class Ground:
         finally:
             self.call(self._done.set)
             thread.join()
-            self._loop.close()
 
     async def _serve(self) -> None:
+        self._loop, self._done = asyncio.get_running_loop(), asyncio.Event()
         async with (
             station_on(self.link) as station,
             station_on(self.other_link) as other,

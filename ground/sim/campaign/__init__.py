@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Many seeded flights through worlds drawn at random, judged by the truth."""
+"""Many seeded flights through randomly drawn worlds, judged by the truth."""

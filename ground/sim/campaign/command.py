@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`wayflie campaign`: run it with a progress bar, print a table, write what was asked for."""
+"""`wayflie campaign`: fly with a progress bar, print a table, write report, rows and plot."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from ground.sim.worldtext import world_text
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What to fly, and where to put what comes of it."""
+    """What to fly, and where to write the results."""
 
     like: Mission
-    """The first of them."""
+    """The first mission; the others differ from it in their number only."""
     missions: int
     workers: int
     dask: str | None
@@ -36,16 +36,16 @@ class Wanted:
     plot: Path | None
 
     def all_missions(self) -> list[Mission]:
-        """In order."""
+        """All missions in order."""
         return [self.mission(number) for number in range(self.missions)]
 
     def mission(self, number: int) -> Mission:
-        """One of them."""
+        """The mission with this number."""
         return replace(self.like, number=number)
 
 
 def run_campaign(wanted: Wanted, out: Console) -> bool:
-    """Fly what is not flown yet. @return all checks hold"""
+    """Fly the missions that are not in the rows file yet. @return all checks hold"""
     file = RowFile(wanted.rows) if wanted.rows else None
     done = file.read() if file else []
     waiting = left_to_fly(wanted.all_missions(), done)
@@ -57,16 +57,16 @@ def run_campaign(wanted: Wanted, out: Console) -> bool:
     held = checks(wanted.like.kind, found, wanted.missions)
     _print(found, held, wanted, out)
     if wanted.report is not None:
-        write_report(
-            wanted.report, {"kind": wanted.like.kind, "seed": wanted.like.seed, **found}, held
-        )
+        like = wanted.like
+        said = {"kind": like.kind, "seed": like.seed, "profile": like.profile, "loss": like.loss}
+        write_report(wanted.report, {**said, **found}, held)
     if wanted.plot is not None:
         draw_results(rows, wanted.plot)
     return all(check.ok for check in held)
 
 
 def replay(wanted: Wanted, number: int, world: Path | None, out: Console) -> bool:
-    """Fly one mission again; leave its world and a drawing, if wanted. @return it went well"""
+    """Fly one mission again; write its world and a drawing if wanted. @return it succeeded"""
     flight = fly(wanted.mission(number))
     for name, value in _told(flight.row):
         out.print(f"  {name:12} [bold]{value}[/]")

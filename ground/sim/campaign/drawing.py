@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of a campaign: one flight in its world, or all results."""
+"""Drawings of a campaign: one flight in its world, or all results."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ _DPI: Final = 120
 
 
 def draw_flight(flight: Flight, path: Path) -> None:
-    """The world from above, what was flown in truth and by the drone's belief, its map."""
+    """Draw the world from above, the true and the estimated path, and the drone's map."""
     figure = _figure(7, 7)
     axes = figure.add_subplot()
     for obstacle in flight.spec.obstacles:
         if obstacle.bottom_m < 1.0:
             axes.add_patch(_outline(obstacle))
     if flight.way_m:
-        axes.plot(*zip(*flight.way_m, strict=True), ":", color="tab:green", label="shortest way")
+        axes.plot(*zip(*flight.way_m, strict=True), ":", color="tab:green", label="shortest path")
     axes.plot(flight.trail[:, 1], flight.trail[:, 2], color="tab:blue", label="flown")
-    axes.plot(*flight.believed_m.T, "--", color="tab:cyan", linewidth=0.8, label="as it believed")
+    axes.plot(*flight.believed_m.T, "--", color="tab:cyan", linewidth=0.8, label="estimated")
     axes.plot(*flight.drawn_m.T, ".", color="tab:purple", markersize=2, label="its map")
     axes.plot(*flight.spec.start_m, "o", color="tab:blue")
     if flight.goal_m is not None:
@@ -42,10 +42,10 @@ def draw_flight(flight: Flight, path: Path) -> None:
 
 
 def draw_results(rows: Sequence[Row], path: Path) -> None:
-    """What was found, in three drawings: causes, lengths, errors or areas."""
+    """Draw three diagrams: causes of failure, path lengths, and coverage or misses."""
     figure = _figure(13, 4)
     left, middle, right = figure.subplots(1, 3)
-    causes = Counter(row.cause or "as it should" for row in rows).most_common()
+    causes = Counter(row.cause or "succeeded" for row in rows).most_common()
     left.barh([name for name, _ in causes], [count for _, count in causes])
     left.set_title(f"{len(rows)} missions")
     both = [(row.shortest_m, row.flown_m) for row in rows if row.shortest_m and row.flown_m]
@@ -53,7 +53,7 @@ def draw_results(rows: Sequence[Row], path: Path) -> None:
         middle.plot(*zip(*both, strict=True), ".")
         most = max(shortest for shortest, _ in both)
         middle.plot([0, most], [0, most], color="gray")
-        middle.set(xlabel="shortest way [m]", ylabel="flown [m]")
+        middle.set(xlabel="shortest path [m]", ylabel="flown [m]")
     covered = [row.covered for row in rows if row.covered is not None]
     misses = [row.miss_m for row in rows if row.miss_m is not None and row.outcome == "arrived"]
     right.hist(covered or misses, bins=30)
@@ -66,7 +66,7 @@ def _figure(wide: float, high: float) -> Any:  # noqa: ANN401  matplotlib has no
         from matplotlib.figure import Figure
     except ImportError as error:
         raise GroundError(
-            f"--plot needs matplotlib ({error})", "pip install 'wayflie[bench]'"
+            f"--plot needs matplotlib ({error})", "pip install 'wayflie[plot]'"
         ) from error
     return Figure((wide, high), layout="constrained")
 

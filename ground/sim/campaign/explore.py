@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Missions to know a whole world, come home and land."""
+"""Missions to explore a whole world, come home and land."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from ground.core import CellState, EventCode, MissionCmd
-from ground.map import GroundMap
+from ground.map.groundmap import GroundMap
 from ground.sim.campaign.flights import Flight, Judge, Mission, word_for
 from ground.sim.campaign.overlay import lay_over
 from ground.sim.campaign.rows import Row
@@ -20,27 +20,27 @@ from ground.sim.pilot import Pilot
 from ground.sim.world import World
 
 COMPLETE: Final = 0.95
-"""A world is known when that share of its reachable area is."""
+"""A world counts as known when this share of its reachable area is."""
 LIMIT_S: Final = 400.0
 HOME_M: Final = 0.5
 _LARGEST_M2: Final = {"maze": 25.0}
 _LARGEST_ELSE_M2: Final = 50.0
-"""What one battery lasts for."""
+"""Larger worlds need more than one battery."""
 
 
 class Coverage:
-    """How much of the area that can be reached is in the drone's map."""
+    """The share of the reachable area that the drone's map knows."""
 
     def __init__(self, scene: Scene, world: World) -> None:
         self._truth, self._world = scene.truth, world
         self._places_m: Array = scene.truth.points_m[scene.reachable()]
 
     def of(self, grid: GroundMap) -> float:
-        """Share of the places in whose cell something was observed."""
+        """Share of reachable places whose map cell has been observed."""
         return self._known(grid, self._places_m)
 
     def of_fitted(self, grid: GroundMap) -> float:
-        """The same after the map was laid over the world."""
+        """The same after fitting the map to the world, which removes its drift as a whole."""
         drawn_m = np.column_stack(self._world.to_world(*grid.obstacles_m().T))
         return self._known(grid, lay_over(drawn_m, self._truth).lifted(self._places_m))
 
@@ -55,7 +55,7 @@ class Coverage:
 
 
 def draw_world(rng: np.random.Generator) -> Scene:
-    """One that is not too large."""
+    """Draw a world that one battery suffices for."""
     while True:
         scene = draw_scene(str(rng.choice(list(STYLES))), rng)
         if scene.layout.outline.area_m2 <= _LARGEST_M2.get(scene.style, _LARGEST_ELSE_M2):
@@ -63,7 +63,7 @@ def draw_world(rng: np.random.Generator) -> Scene:
 
 
 class Watcher:
-    """Looks at the map that comes down, until enough is known."""
+    """Watches the map during a flight, and notes when enough of it is known."""
 
     def __init__(self, mission: Mission, scene: Scene) -> None:
         self.world = mission.world(scene.spec)
@@ -75,7 +75,7 @@ class Watcher:
 
     @property
     def passed_s(self) -> float:
-        """Since the command."""
+        """Simulated seconds since the command."""
         return self.pilot.time_s - self._begin_s
 
     def _look(self) -> None:
@@ -84,7 +84,7 @@ class Watcher:
 
 
 def fly_explore(mission: Mission) -> Flight:
-    """As `wayflie explore` does; and once more by the baseline, if there is one."""
+    """Explore as `wayflie explore` does, then again with the baseline's settings, if any."""
     scene = draw_world(mission.rng())
     watcher = Watcher(mission, scene)
     pilot = watcher.pilot
@@ -121,10 +121,10 @@ def fly_explore(mission: Mission) -> Flight:
 
 
 def _baseline(mission: Mission, scene: Scene) -> tuple[float, float]:
-    """Seconds until the same share is known, the limit if that never is; seconds simulated."""
+    """Seconds until COMPLETE is known (LIMIT_S if it never is), and seconds simulated."""
     other = replace(mission, settings=(*mission.settings, *mission.baseline))
     watcher = Watcher(other, scene)
-    while watcher.known_s is None and watcher.passed_s < LIMIT_S:  # told again when it gives up
+    while watcher.known_s is None and watcher.passed_s < LIMIT_S:  # command again if it gives up
         watcher.pilot.fly(
             MissionCmd.EXPLORE,
             limit_s=LIMIT_S - watcher.passed_s,
@@ -136,7 +136,7 @@ def _baseline(mission: Mission, scene: Scene) -> tuple[float, float]:
 
 
 def cause_of(row: Row) -> str:
-    """Why the mission failed; empty if it did not."""
+    """Why the mission failed; empty if it succeeded."""
     if row.covered is None or row.covered < COMPLETE:
         return "claimed too early" if row.claimed else "not all known"
     if not row.claimed:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Missions in which one thing goes wrong in one phase of the flight: each pair of both in turn."""
+"""Missions with one fault in one phase of the flight, for every pair of fault and phase."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from ground.sim.faulttable import FAULTS
 from ground.sim.pilot import Pilot
 
 _TWINS: Final = ("back-", "right-")
-"""Sides that front and left stand for."""
+"""Faults of these sides are left out: front and left stand for them."""
 _STYLES: Final = ("home", "clutter")
 _LEAST_WAY_M: Final = 2.5
 _LARGEST_M2: Final = 30.0
-"""Small enough that a flight which goes on comes to its end while it is watched."""
+"""Small enough that a flight which continues ends within the time that it is watched."""
 _DELAY_S: Final = 1.5
 
 _ENDING: Final = ("ground", "return", "land")
-"""Phases in which it ends on the ground in any case."""
+"""Phases in which every flight ends on the ground."""
 _GROUNDED: Final = (MissionState.IDLE, MissionState.FAULT)
 _ANYWHERE: Final = (*_GROUNDED, MissionState.HOVER)
 _SENSES: Final = (
@@ -43,7 +43,7 @@ _BATTERY: Final = (MissionReason.BATTERY_LOW, MissionReason.BATTERY_EMPTY)
 
 @dataclass(frozen=True, slots=True)
 class Reaction:
-    """What shall follow, in words; where it may come to rest; what it says, one of these."""
+    """The required reaction: in words, the states to end in, and reasons of which it gives one."""
 
     what: str
     ends: tuple[MissionState, ...] = _ANYWHERE
@@ -72,22 +72,22 @@ _REACTIONS: Final = {
     "goal-blocked": _NO_WAY,
     "walled-in": _NO_WAY,
 }
-"""Of those that are not named here it makes nothing, or gives up its task with a reason."""
+"""For other faults: the drone continues, or gives up its task with a reason."""
 
 
 def stated_reaction(fault: str) -> Reaction:
-    """What the drone shall do."""
+    """The reaction that this fault requires."""
     return _REACTIONS.get(fault, _GOES_ON)
 
 
 def cells() -> list[tuple[str, str]]:
-    """Fault and phase, in the order in which missions fly them."""
+    """All pairs of fault and phase, in the order of mission numbers."""
     faults = [name for name in FAULTS if not name.startswith(_TWINS)]
     return list(product(faults, PHASES))
 
 
 def fly_fault(mission: Mission) -> Flight:
-    """Fly to a goal; at some moment of the phase the fault begins."""
+    """Fly to a goal; the fault begins at a random moment of the phase."""
     rng = mission.rng()
     fault, phase = cells()[mission.number % len(cells())]
     task = _draw_task(rng)
@@ -127,7 +127,7 @@ def _draw_task(rng: np.random.Generator) -> Task:
 
 
 def cause_of(flight: FaultFlight) -> str:
-    """Why the mission failed; empty if it did not, or never came to that phase."""
+    """Why the mission failed; empty if it succeeded or never reached the phase."""
     stated = stated_reaction(flight.fault)
     if not flight.alive:
         return "the app stopped"

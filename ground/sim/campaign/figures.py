@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a campaign shows: figures over its rows, and the limits that they must keep."""
+"""The figures of a campaign, computed from its rows, and the limits that they must keep."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from ground.checks import Check
-from ground.sim.campaign.explore import LIMIT_S
+from ground.sim.campaign.explore import COMPLETE, LIMIT_S
 from ground.sim.campaign.rows import Row
 
 NEAR_M: Final = 0.3
@@ -18,7 +18,7 @@ _FAILURES_NAMED: Final = 200
 
 
 def figures(rows: Sequence[Row]) -> dict[str, Any]:
-    """Of one campaign; None where nothing was measured."""
+    """Figures of one campaign; None where nothing was measured."""
     reachable = [row for row in rows if row.task == "reachable"]
     impossible = [row for row in rows if row.task in ("sealed", "inside", "outside")]
     arrived = [row for row in reachable if row.outcome == "arrived"]
@@ -42,7 +42,7 @@ def figures(rows: Sequence[Row]) -> dict[str, Any]:
         ),
         "covered_fraction_median": _median(row.covered for row in rows),
         "known_fraction": _share(
-            (row.covered or 0.0) >= 0.95 for row in rows if row.covered is not None
+            (row.covered or 0.0) >= COMPLETE for row in rows if row.covered is not None
         ),
         "known_s_median": _median(row.known_s for row in rows),
         "baseline_s_median": _median(row.baseline_s for row in rows),
@@ -81,7 +81,7 @@ def _faults(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def reactions(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
-    """How often each fault ended in what."""
+    """For each fault, how often it ended in which state and for which reason."""
     found: dict[str, Counter[str]] = {}
     for row in rows:
         ended = f"{row.outcome}: {row.reason}" if row.reason else row.outcome
@@ -90,7 +90,7 @@ def reactions(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
 
 
 def checks(kind: str, found: dict[str, Any], wanted: int) -> list[Check]:
-    """What must hold of this kind of campaign."""
+    """The checks of this kind of campaign."""
     common = [
         Check("missions", found["missions"], wanted, "=="),
         Check("collisions", found["collisions"], 0, "=="),
@@ -149,10 +149,10 @@ def _count(values: Iterable[int | None]) -> int | None:
     return sum(given) if given else None
 
 
-def _count_false_claims(rows: Sequence[Row], complete: float = 0.95) -> int | None:
+def _count_false_claims(rows: Sequence[Row]) -> int | None:
     claims = [row for row in rows if row.claimed and row.covered is not None]
     asked = any(row.claimed is not None for row in rows)
-    return sum((row.covered or 0.0) < complete for row in claims) if asked else None
+    return sum((row.covered or 0.0) < COMPLETE for row in claims) if asked else None
 
 
 def _factor(rows: Sequence[Row]) -> float | None:

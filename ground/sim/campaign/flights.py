@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fly one mission of a campaign from its numbers alone, and judge it by the truth."""
+"""Flies one mission of a campaign, given only its numbers, and judges it by the truth."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from ground.flight import Outcome
 from ground.model import Point
 from ground.sim.campaign.rows import Row
 from ground.sim.footprints import Array
@@ -21,6 +20,7 @@ from ground.sim.runtime import Options
 from ground.sim.trouble import TroubleSpec
 from ground.sim.world import World
 from ground.sim.worldspec import WorldSpec
+from ground.station.flight import Outcome
 
 LOSS: Final = 0.02
 _IN_THE_AIR_M: Final = 0.05
@@ -28,7 +28,7 @@ _IN_THE_AIR_M: Final = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Mission:
-    """Which mission of which campaign; the same numbers, the same flight."""
+    """A mission of a campaign; the same values always give the same flight."""
 
     kind: str
     seed: int
@@ -38,25 +38,25 @@ class Mission:
     settings: tuple[tuple[str, float], ...] = ()
     """Parameters that differ from their defaults."""
     baseline: tuple[tuple[str, float], ...] = ()
-    """Others, with which exploring is flown once more in the same world."""
+    """Other parameters, with which the same world is explored again for comparison."""
 
     @property
     def conditions(self) -> str:
-        """All but which one it is."""
+        """Everything that its number does not determine, as text."""
         others = [f"{name}={value:g}" for name, value in self.settings]
         against = [f"against {name}={value:g}" for name, value in self.baseline]
         return " ".join([self.profile, f"loss={self.loss:g}", *others, *against])
 
     def rng(self) -> np.random.Generator:
-        """For all that is drawn of it."""
+        """A generator for everything that is drawn for this mission."""
         return np.random.default_rng([self.seed, self.number])
 
     def world(self, spec: WorldSpec) -> World:
-        """The drone stands in it with this mission's settings."""
+        """A world in which the drone has this mission's settings."""
         return World(replace(spec, eeprom={**spec.eeprom, **dict(self.settings)}))
 
     def options(self) -> Options:
-        """How to simulate it."""
+        """The simulator's options for this mission."""
         state = np.random.SeedSequence([self.seed, self.number, 1]).generate_state(1)
         return Options(
             seed=int(state[0]),
@@ -68,26 +68,26 @@ class Mission:
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """A mission that was flown, with all that is needed to draw it; world frame."""
+    """A flown mission with everything needed to draw it; world frame."""
 
     row: Row
     spec: WorldSpec
     trail: Array
-    """True poses: s, x, y, z [m], yaw [rad]."""
+    """True poses: time [s], x, y, z [m], yaw [rad]."""
     contacts_m: Array
     """Where the drone was when it touched something ..."""
     contacts: tuple[str, ...]
-    """... what that was, and who came how fast."""
+    """... and what that was, with the speeds of both."""
     believed_m: Array
-    """Where it believed to be."""
+    """Where the drone estimated to be."""
     drawn_m: Array
-    """The obstacles in its map."""
+    """The obstacles in the drone's map."""
     goal_m: tuple[float, float] | None = None
     way_m: tuple[tuple[float, float], ...] = ()
 
 
 class Judge:
-    """The truth about a flight that a pilot has made."""
+    """The truth about a flight of a Pilot."""
 
     def __init__(self, pilot: Pilot, world: World) -> None:
         truth = pilot.truth()
@@ -98,18 +98,16 @@ class Judge:
 
     @property
     def collisions(self) -> int:
-        """Contacts in which the drone moved into something."""
-        return sum(
-            bool(contact["drone_mps"] >= contact["obstacle_mps"]) for contact in self.contacts
-        )
+        """Contacts that the drone caused by moving into something."""
+        return sum(contact["by_drone"] for contact in self.contacts)
 
     def flown_m(self, end_s: float) -> float:
-        """Horizontal way through the air until then."""
+        """Horizontal length of the true path in the air until then."""
         flying = self.trail[(self.trail[:, 0] <= end_s) & (self.trail[:, 3] > _IN_THE_AIR_M)]
         return float(np.hypot(*np.diff(flying[:, 1:3], axis=0).T).sum())
 
     def flight(self, row: Row) -> Flight:
-        """All of it, for drawing."""
+        """The whole flight, to draw it."""
         contacts = [self.place_m(contact["time_s"]) for contact in self.contacts]
         believed = np.array(self._pilot.believed).reshape(-1, 3)[:, 1:]
         return Flight(
@@ -126,11 +124,11 @@ class Judge:
         return np.column_stack(self._world.to_world(places_m[:, 0], places_m[:, 1]))
 
     def miss_m(self, end_s: float, goal: Point) -> float:
-        """Distance to a goal of the map frame at that time."""
+        """True distance at that time to a goal in the map frame."""
         return math.dist(self.place_m(end_s), self._world.to_world(goal.x_m, goal.y_m))
 
     def place_m(self, time_s: float) -> tuple[float, float]:
-        """Where the drone was, world frame."""
+        """True position of the drone at that time, world frame."""
         x_m, y_m = (np.interp(time_s, self.trail[:, 0], self.trail[:, i]) for i in (1, 2))
         return float(x_m), float(y_m)
 
@@ -143,14 +141,14 @@ def _sentence(contact: dict[str, Any]) -> str:
 
 
 def word_for(outcome: Outcome) -> str:
-    """What the drone said, in a word."""
+    """The outcome as one word."""
     if outcome.reached:
         return "done"
     return "timeout" if outcome.sentence == TIME_IS_UP else "refused"
 
 
 def kinds() -> Mapping[str, Callable[[Mission], Flight]]:
-    """Who flies each kind of campaign."""
+    """The function that flies each kind of mission."""
     from ground.sim.campaign.explore import fly_explore
     from ground.sim.campaign.fault import fly_fault
     from ground.sim.campaign.goto import fly_goto
@@ -162,14 +160,14 @@ def kinds() -> Mapping[str, Callable[[Mission], Flight]]:
 
 
 def fly(mission: Mission) -> Flight:
-    """Fly it."""
+    """Fly a mission, and time it."""
     begin_s = time.perf_counter()
     flight = kinds()[mission.kind](mission)
     return replace(flight, row=replace(flight.row, wall_s=round(time.perf_counter() - begin_s, 3)))
 
 
 def row_of(mission: Mission) -> Row:
-    """Fly it and keep the row alone; an error of ours is a mission that failed."""
+    """Fly a mission and keep only its row; an internal error counts as a failed mission."""
     try:
         return fly(mission).row
     except Exception as error:

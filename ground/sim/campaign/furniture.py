@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Furniture drawn at random: along walls and in the middle of rooms, never in front of doors."""
+"""Randomly drawn furniture, along walls and in the middle of rooms, never in front of doors."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _TRIES: Final = 12
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """One piece of furniture as prisms about its own middle, and the rectangle that it takes."""
+    """A piece of furniture: prisms about its centre, and the size of its footprint."""
 
     size_m: Point
     parts: tuple[Obstacle, ...]
 
     def standing(self, center_m: Point, yaw_rad: float) -> tuple[Obstacle, ...]:
-        """The prisms where the piece stands."""
+        """The prisms of the piece at a place."""
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         return tuple(
             Obstacle(
@@ -95,7 +95,7 @@ def _on_legs(name: str, wide: Point, deep: Point, leg_m: float) -> Callable[...,
 
 
 def _chair(rng: np.random.Generator) -> Piece:
-    """Four legs, a seat at the height of the flight, a back."""
+    """Four legs, a seat at flight height, and a back."""
     side, shade = rng.uniform(0.38, 0.45), rng.uniform(0.3, 0.9)
     seat, leg_m = rng.uniform(0.44, 0.48), rng.uniform(0.015, 0.025)
     at = side / 2 - leg_m
@@ -145,12 +145,12 @@ CLUTTER: Final = (
 
 
 class Furnishing:
-    """Fills rooms with pieces that stand in nobody's way."""
+    """Fills rooms with furniture that keeps doors free and does not overlap."""
 
     def __init__(self, layout: Layout, rng: np.random.Generator) -> None:
         self.obstacles: list[Obstacle] = []
         self.solid: list[Rect] = []
-        """Pieces that one cannot be in: the middle of each is well inside."""
+        """Solid pieces, whose centre cannot be reached."""
         self._rng = rng
         self._taken: list[Rect] = []
         self._kept_free = [
@@ -159,7 +159,7 @@ class Furnishing:
         ]
 
     def along_wall(self, room: Rect) -> None:
-        """One piece with its back to a wall of the room, if it finds a place."""
+        """Put a piece with its back to a wall of the room, if there is a place for it."""
         piece = self._draw(ALONG_WALLS)
         for _ in range(_TRIES):
             side = int(self._rng.integers(4))
@@ -178,7 +178,7 @@ class Furnishing:
                 return
 
     def anywhere(self, room: Rect, kinds: tuple[Callable[..., Piece], ...]) -> None:
-        """One piece somewhere in the room, turned as it likes, if it finds a place."""
+        """Put a piece of any orientation somewhere in the room, if there is a place for it."""
         piece = self._draw(kinds)
         reach = math.hypot(*piece.size_m) / 2
         for _ in range(_TRIES):

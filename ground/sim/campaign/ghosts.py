@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is left in a map of people who have gone."""
+"""Counts what people who have gone left behind in the drone's map."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _MOVED_M: Final = 1.0
 
 
 def where(mover: Obstacle, time_s: float) -> Point:
-    """Its middle at that time."""
+    """The obstacle's centre at this time."""
     return position_m(mover, time_s - (mover.motion.start_s if mover.motion else 0.0))
 
 
 def count_ghosts(drawn_m: Array, truth: TrueMap, movers: Sequence[Obstacle]) -> int:
-    """Obstacles of the map where people walked and nothing stands.
+    """Count the map's obstacles where people walked and nothing stands.
 
-    The map is laid over the world first: that it is turned as a whole is another matter.
+    The map is fitted to the world first, since its drift as a whole is judged elsewhere.
     """
     if not len(drawn_m):
         return 0

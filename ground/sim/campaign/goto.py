@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Missions to one goal in a world that stands still; some goals cannot be reached."""
+"""Missions to one goal in a static world; some goals cannot be reached."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Final
 import numpy as np
 
 from ground.core import MissionCmd, MissionReason
-from ground.flight import Outcome
 from ground.model import Point
 from ground.sim.campaign.flights import Flight, Judge, Mission, word_for
 from ground.sim.campaign.rows import Row
@@ -18,14 +17,15 @@ from ground.sim.campaign.scenes import CLEARANCE_M, STYLES, Scene, draw_scene
 from ground.sim.campaign.truth import flood, length_m
 from ground.sim.pilot import Pilot
 from ground.sim.worldspec import Point as Place
+from ground.station.flight import Outcome
 
 BODY_M: Final = 0.08
-"""Unreachable is what not even a body of this radius gets to."""
+"""A goal counts as unreachable if not even a body of this radius gets there."""
 LIMIT_S: Final = 360.0
 THERE_M: Final = 0.5
-"""A goal is truly reached when the drone is so near to it: it is not lost, nor in another room."""
+"""A goal counts as truly reached within this distance: not lost, nor in another room."""
 _GOAL_GAP_M: Final = 0.38
-"""A goal keeps its clearance even where the map is off by 0.2 m."""
+"""Goals this far from obstacles keep their clearance even where the map is off by 0.2 m."""
 _LEAST_WAY_M: Final = 1.5
 _BEYOND_REACH_M: Final = 0.3
 _UNREACHABLE: Final = 0.15
@@ -40,17 +40,17 @@ _SAID_SO: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A world and a goal in it, world frame."""
+    """A world and a goal in it, in the world frame."""
 
     scene: Scene
     goal_m: Place
     what: str
-    """reachable, or why it is not: sealed, inside (furniture), outside (the permitted area)."""
+    """reachable, or why not: sealed (room), inside (furniture) or outside (the geofence)."""
     way_m: tuple[Place, ...] = ()
 
 
 def draw_task(rng: np.random.Generator, what: str = "") -> Task:
-    """Of that kind, or of any; worlds are drawn until one has such a goal."""
+    """Draw worlds until one has a goal of this kind; an empty string means any kind."""
     if not what:
         impossible = rng.random() < _UNREACHABLE
         what = str(rng.choice(IMPOSSIBLE)) if impossible else "reachable"
@@ -65,7 +65,7 @@ def draw_task(rng: np.random.Generator, what: str = "") -> Task:
 
 
 def reachable_task(scene: Scene, rng: np.random.Generator) -> Task | None:
-    """A goal that is surely reachable, not too near."""
+    """Draw a goal that is certainly reachable and not too near."""
     truth, start_m = scene.truth, scene.spec.start_m
     fit = scene.reachable()
     places = np.argwhere(fit & (truth.solid_gap_m > _GOAL_GAP_M))
@@ -80,7 +80,7 @@ def reachable_task(scene: Scene, rng: np.random.Generator) -> Task | None:
 
 
 def _other_task(scene: Scene, what: str, rng: np.random.Generator) -> Task | None:
-    """A goal that is surely not reachable."""
+    """Draw a goal that is certainly unreachable."""
     truth, layout = scene.truth, scene.layout
     if what == "outside":
         x0, y0, x1, y1 = layout.outline.x0, layout.outline.y0, layout.outline.x1, layout.outline.y1
@@ -106,7 +106,7 @@ def _other_task(scene: Scene, what: str, rng: np.random.Generator) -> Task | Non
 
 
 def fly_goto(mission: Mission) -> Flight:
-    """As `wayflie goto X Y` does: fly there, land there."""
+    """Fly to the goal and land there, as `wayflie goto X Y` does."""
     task = draw_task(mission.rng())
     world = mission.world(task.scene.spec)
     goal = Point(*world.to_map(*task.goal_m))
@@ -155,7 +155,7 @@ def row_for(
 
 
 def cause_of(task: Task, outcome: Outcome, miss_m: float) -> str:
-    """Why the mission failed; empty if it did not."""
+    """Why the mission failed; empty if it succeeded."""
     if task.what == "reachable":
         if outcome.reached:
             return "" if miss_m <= THERE_M else "arrived elsewhere"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Floor plans drawn at random: rooms, the walls between them, and doors that join them all."""
+"""Randomly drawn floor plans: rooms, the walls between them, and doors that connect them all."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ from ground.sim.worldspec import Point
 WALL_M: Final = 0.1
 DOOR_M: Final = (0.7, 1.0)
 _BESIDE_DOOR_M: Final = 0.15
+_OFFICE_M: Final = 2.3
+"""Depth of the rooms of an office; a little less where its outline leaves no more."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rect:
-    """An upright rectangle."""
+    """An axis-aligned rectangle."""
 
     x0: float
     y0: float
@@ -38,7 +40,7 @@ class Rect:
         return self.size_m[0] * self.size_m[1]
 
     def near(self, other: Rect, gap_m: float = 0.0) -> bool:
-        """They overlap, or come nearer to each other than the gap on both axes."""
+        """Whether they overlap, or the gap between them is below gap_m on both axes."""
         return (
             self.x0 < other.x1 + gap_m
             and other.x0 < self.x1 + gap_m
@@ -49,12 +51,12 @@ class Rect:
 
 @dataclass(frozen=True, slots=True)
 class Door:
-    """A gap in a wall, between two rooms by their numbers."""
+    """A gap in the wall between two rooms, which are given by index."""
 
     gap: Rect
     rooms: tuple[int, int]
     upright: bool
-    """Its wall runs along y."""
+    """Whether its wall runs along y."""
 
     @property
     def width_m(self) -> float:
@@ -63,7 +65,7 @@ class Door:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A floor plan; walls are the inner ones, without their doors."""
+    """A floor plan; walls are the inner walls without their doors."""
 
     outline: Rect
     rooms: tuple[Rect, ...]
@@ -72,7 +74,7 @@ class Layout:
 
 
 def home(rng: np.random.Generator) -> Layout:
-    """One to six rooms in 4 to 9 m, each reached through doors."""
+    """One to six rooms within 4 to 9 m, connected by doors."""
     while True:
         outline = Rect(0.0, 0.0, rng.uniform(4.0, 9.0), rng.uniform(4.0, 8.0))
         wanted = int(rng.integers(1, 2 + min(5, int(outline.area_m2 // 9))))
@@ -87,7 +89,8 @@ def office(rng: np.random.Generator) -> Layout:
     while True:
         outline = Rect(0.0, 0.0, rng.uniform(7.0, 12.0), rng.uniform(6.5, 11.0))
         wide = rng.uniform(1.2, 1.8)
-        low = rng.uniform(2.3, outline.y1 - wide - 2.3 - 2 * WALL_M)
+        most = outline.y1 - wide - _OFFICE_M - 2 * WALL_M
+        low = rng.uniform(_OFFICE_M, max(_OFFICE_M, most))
         high = low + wide + 2 * WALL_M
         walls = [
             Rect(0.0, low, outline.x1, low + WALL_M),
@@ -104,7 +107,7 @@ def office(rng: np.random.Generator) -> Layout:
 
 
 def maze(rng: np.random.Generator) -> Layout:
-    """Corridors 0.85 to 1.1 m wide by depth-first search, with a few loops, in 4 to 8 m."""
+    """Corridors 0.85 to 1.1 m wide, by depth-first search with a few loops, within 4 to 8 m."""
     wide, wall = rng.uniform(0.85, 1.1), rng.uniform(0.05, 0.1)
     step = wide + wall
     columns, rows = (int(rng.uniform(4.0, 8.0) // step) for _ in range(2))
@@ -144,13 +147,13 @@ def maze(rng: np.random.Generator) -> Layout:
 
 
 def hall(rng: np.random.Generator) -> Layout:
-    """One room, 4 to 10 m."""
+    """One room of 4 to 10 m."""
     outline = Rect(0.0, 0.0, rng.uniform(4.0, 10.0), rng.uniform(4.0, 8.0))
     return Layout(outline, (outline,), ())
 
 
 def shut(layout: Layout, room: int) -> tuple[Rect, ...]:
-    """The leaves that close all doors of one room."""
+    """The door leaves that close all doors of a room."""
     return tuple(door.gap for door in layout.doors if room in door.rooms)
 
 
@@ -162,7 +165,7 @@ def _split(
     least_m: float,
     along_x: bool | None = None,
 ) -> tuple[list[Rect], list[Rect]]:
-    """Cut the largest room until there are so many, or none is large enough."""
+    """Cut the largest room until there are enough, or until it is too small to cut."""
     while len(rooms) < wanted:
         rooms = sorted(rooms, key=lambda room: room.area_m2)
         room = rooms.pop()
@@ -196,7 +199,7 @@ def _with_doors(
     more: float,
     first: int | None = None,
 ) -> Layout | None:
-    """Doors so that all rooms are joined, and a few more; pairs with the first room come first."""
+    """Add doors that connect all rooms, and some more; pairs with room `first` are tried first."""
     pairs = list(combinations(range(len(rooms)), 2))
     rng.shuffle(pairs)
     if first is not None:
@@ -219,7 +222,7 @@ def _with_doors(
 
 
 def _door(rng: np.random.Generator, rooms: list[Rect], a: int, b: int) -> Door | None:
-    """Somewhere in the wall that two rooms share, if they share enough of one."""
+    """Draw a door in the wall that two rooms share, if they share enough of one."""
     width = rng.uniform(*DOOR_M)
     one, two = rooms[a], rooms[b]
     for upright in (True, False):
@@ -239,7 +242,7 @@ def _door(rng: np.random.Generator, rooms: list[Rect], a: int, b: int) -> Door |
 
 
 def _cut_out(wall: Rect, gap: Rect) -> list[Rect]:
-    """What is left of a wall beside a gap that goes right through it."""
+    """The parts of a wall beside a gap that goes through it."""
     if not wall.near(gap, -1e-6):
         return [wall]
     upright = wall.size_m[1] > wall.size_m[0]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What moves in a world: people on their rounds, doors that slide, crates pushed or taken away."""
+"""Moving obstacles: people on their rounds, sliding doors, crates pushed or taken away."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ground.sim.worldspec import Motion, Obstacle, Point
 
 PERSON: Final = "person"
 KEEP_OFF_M: Final = 0.9
-"""Nobody walks nearer to the start or the goal of the drone."""
+"""People keep this distance from the drone's start and goal."""
 _PERSON_GAP_M: Final = 0.3
 _SLOW_MPS: Final = (0.12, 0.25)
 _BRISK_MPS: Final = (0.25, 1.2)
@@ -30,7 +30,7 @@ _TRIES: Final = 20
 def draw_person(
     scene: Scene, keep_off: tuple[Point, ...], rng: np.random.Generator
 ) -> list[Obstacle]:
-    """One who walks from place to place and back, with rests; gone for good after a while."""
+    """Draw a person who walks between places with pauses, and leaves after a while."""
     truth = scene.truth
     away = _away(truth, keep_off)
     fit = np.argwhere(scene.reachable() & (truth.body_gap_m > _PERSON_GAP_M) & away)
@@ -62,7 +62,7 @@ def draw_person(
 
 
 def draw_door(scene: Scene, rng: np.random.Generator) -> list[Obstacle]:
-    """A leaf that slides out of its wall and back, with rests; where a wall has room for it."""
+    """Draw a door leaf that slides out of its wall and back with pauses, if a wall has room."""
     doors = list(scene.layout.doors)
     rng.shuffle(doors)
     for door in doors:
@@ -86,7 +86,7 @@ def draw_door(scene: Scene, rng: np.random.Generator) -> list[Obstacle]:
 def draw_crate(
     scene: Scene, keep_off: tuple[Point, ...], rng: np.random.Generator
 ) -> list[Obstacle]:
-    """Something that is pushed elsewhere, or taken away; the goal stays reachable all the time."""
+    """Draw a crate that is pushed elsewhere or taken away; the goal always stays reachable."""
     truth = scene.truth
     fit = np.argwhere(scene.reachable() & (truth.solid_gap_m > 0.45) & _away(truth, keep_off))
     if not len(fit):
@@ -133,7 +133,7 @@ def _keeps_off(way: list[Point], keep_off: tuple[Point, ...]) -> bool:
 
 
 def _pocket(door: Door, walls: tuple[Rect, ...]) -> Point | None:
-    """Where the open leaf is: wholly within a wall beside the door."""
+    """Centre of the open leaf: wholly within a wall beside the door."""
     x, y = door.gap.center_m
     width = door.width_m
     for sign in (-1, 1):

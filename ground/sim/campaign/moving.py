@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Missions to a goal among people, sliding doors and things that are moved or taken away."""
+"""Missions to a goal among people, sliding doors and crates that are moved or taken away."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from ground.sim.worldspec import Obstacle
 from ground.sim.worldspec import Point as Place
 
 SLOW_MPS: Final = 0.25
-"""The drone backs away as fast as this: from who is slower it can keep off."""
+"""The speed at which the drone backs away, so that it can keep clear of slower people."""
 LIMIT_S: Final = 300.0
 FORGET_S: Final = 20.0
-"""So long after they have gone nothing of them may be left in the map."""
+"""This long after people have left, nothing of them may remain in the map."""
 _STYLES: Final = ("home", "office", "clutter")
 _FLYING_M: Final = 0.1
 
 
 def draw_task(rng: np.random.Generator) -> tuple[Task, tuple[Obstacle, ...]]:
-    """A reachable goal, and what moves meanwhile: at least one thing."""
+    """Draw a reachable goal and at least one moving obstacle."""
     while True:
         scene = draw_scene(str(rng.choice(_STYLES)), rng)
         task = reachable_task(scene, rng)
@@ -50,7 +50,7 @@ def draw_task(rng: np.random.Generator) -> tuple[Task, tuple[Obstacle, ...]]:
 
 
 def fly_moving(mission: Mission) -> Flight:
-    """Fly there, stay until everybody has been gone for a while, land."""
+    """Fly to the goal, hover until everybody has been gone for FORGET_S, then land."""
     task, movers = draw_task(mission.rng())
     scene = task.scene
     spec = replace(scene.spec, obstacles=(*scene.spec.obstacles, *movers))
@@ -80,7 +80,7 @@ def fly_moving(mission: Mission) -> Flight:
 
 
 def _nearest_m(trail: Array, movers: Sequence[Obstacle], scene: Scene) -> float | None:
-    """Least distance in flight from the drone's middle to a slow person in its sight."""
+    """Least distance in flight between the drone's centre and a slow person in line of sight."""
     nearest = math.inf
     slow = [m for m in movers if m.name == PERSON and m.motion and m.motion.speed_mps <= SLOW_MPS]
     for time_s, x_m, y_m, z_m, _ in trail:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lay the drone's map over the true world: that it is turned as a whole is another matter than
-what is in it."""
+"""Fits the drone's map onto the true world, so that its contents can be judged apart from its
+drift as a whole."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ _SMALLER: Final = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Overlay:
-    """A turn about a place and a shift, both of the world frame."""
+    """A rotation about a place and a shift, in the world frame."""
 
     turn_rad: float
     about_m: Array
     shift_m: Array
 
     def laid(self, drawn_m: Array) -> Array:
-        """Places of the map where they are in the world."""
+        """Move places of the map to where they are in the world."""
         return (drawn_m - self.about_m) @ self._turn() + self.about_m + self.shift_m
 
     def lifted(self, true_m: Array) -> Array:
-        """Places of the world where they are in the map."""
+        """Move places of the world to where they are in the map."""
         return (true_m - self.shift_m - self.about_m) @ self._turn().T + self.about_m
 
     def _turn(self) -> Array:
@@ -42,7 +42,7 @@ class Overlay:
 
 
 def lay_over(drawn_m: Array, truth: TrueMap) -> Overlay:
-    """With which most obstacles of the map (world frame) lie on something; the least that does."""
+    """Find the smallest overlay that puts most of the map's obstacles (world frame) on surfaces."""
     about_m = drawn_m.mean(axis=0) if len(drawn_m) else np.zeros(2)
     best, chosen = -1.0, Overlay(0.0, about_m, np.zeros(2))
     for turn_rad, x_m, y_m in product(_TURNS_RAD, _SHIFTS_M, _SHIFTS_M) if len(drawn_m) else ():
@@ -55,7 +55,7 @@ def lay_over(drawn_m: Array, truth: TrueMap) -> Overlay:
 
 
 def gap_m(places_m: Array, truth: TrueMap) -> Array:
-    """Room around each place; those beyond the plan have none."""
+    """Distance of each place to the nearest surface; 0 outside the plan."""
     cells = np.rint((places_m - truth.points_m[0, 0]) / STEP_M).astype(int)
     limits = np.array(truth.shape) - 1
     inside = ((cells >= 0) & (cells <= limits)).all(axis=1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One row a mission: how it went, in truth; kept in a CSV file that grows as missions end."""
+"""Rows of results, one per mission, in a CSV file that grows as missions end."""
 
 from __future__ import annotations
 
@@ -13,52 +13,52 @@ from ground.errors import GroundError
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What became of one mission. `ok` and `cause` are the verdict; None: not asked of this kind.
+    """The result of a mission; `ok` and `cause` are the verdict. None: not measured in this kind.
 
-    Lengths are true ones, horizontal; wall_s is all that depends on the machine.
+    Lengths are true and horizontal; only wall_s depends on the machine.
     """
 
     kind: str
     seed: int
     number: int
     conditions: str = ""
-    """Profile, loss, settings."""
+    """Noise profile, packet loss, settings."""
     style: str = ""
     task: str = ""
-    """What was asked, and whether that is possible."""
+    """What was asked, and whether it is possible."""
     outcome: str = ""
-    """What the drone said, in a word: arrived, refused, failed, explored, ... or error."""
+    """What the drone reported, in a word: arrived, refused, failed, explored, ... or error."""
     reason: str = ""
     ok: bool = False
     cause: str = ""
     collisions: int = 0
-    """Contacts that the drone caused: it moved into something."""
+    """Contacts that the drone caused by moving into something."""
     touches: int = 0
     """All contacts."""
     sim_s: float = 0.0
-    """Simulated, with the baseline's flight."""
+    """Simulated time, with the baseline's flight."""
     wall_s: float = 0.0
     task_s: float | None = None
     """From the command to its end."""
     known_s: float | None = None
-    """From the command until 95 % of the reachable area are known."""
+    """From the command until 95 % of the reachable area is known."""
     baseline_s: float | None = None
-    """The same by the baseline; the time limit where that never was."""
+    """known_s of the baseline; the time limit if it never gets there."""
     flown_m: float | None = None
     shortest_m: float | None = None
     miss_m: float | None = None
-    """From where the drone truly was at the end to the goal, or home."""
+    """True distance from the drone to the goal, or home, at the end."""
     covered: float | None = None
     claimed: bool | None = None
-    """It said that everything is explored."""
+    """Whether the drone reported that everything is explored."""
     person_m: float | None = None
-    """How near a person came who is slow enough to be yielded to."""
+    """Least distance to a person slow enough to be yielded to."""
     ghosts: int | None = None
-    """Cells still occupied long after what moved there has gone."""
+    """Cells still occupied long after a moving obstacle has gone."""
 
 
 class BadRows(GroundError):
-    """A file to resume from is of another campaign, or damaged."""
+    """A file to resume from that belongs to another campaign or is damaged."""
 
 
 _NAMES: Final = tuple(field.name for field in fields(Row))
@@ -66,13 +66,13 @@ _TYPES: Final = get_type_hints(Row)
 
 
 class RowFile:
-    """Rows on disk, appended one by one, so that an interrupted campaign can go on."""
+    """Rows on disk, appended one by one, so that an interrupted campaign can be resumed."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
 
     def read(self) -> list[Row]:
-        """All complete rows; a last one that was cut off is taken away."""
+        """Read all complete rows; a last row that was cut off is removed from the file."""
         if not self._path.exists():
             return []
         text = self._path.read_text(encoding="utf-8")
@@ -90,7 +90,7 @@ class RowFile:
             raise BadRows(f"{self._path} is damaged: {error}") from error
 
     def append(self, row: Row) -> None:
-        """Write one row, now."""
+        """Write a row at once."""
         is_new = not self._path.exists() or self._path.stat().st_size == 0
         with self._path.open("a", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fly the missions of a campaign with any executor, keep each row as soon as it is there."""
+"""Flies the missions of a campaign on any executor, and keeps each row as soon as it is there."""
 
 from __future__ import annotations
 
@@ -17,17 +17,13 @@ from ground.sim.campaign.rows import BadRows, Row, RowFile
 
 _CONNECT_S: Final = 10
 _AHEAD: Final = 64
-"""Missions given to the executor at a time: enough for every worker to have one waiting."""
+"""Missions submitted at a time: enough that one waits for every worker."""
 
 
-@contextmanager
-def processes(workers: int) -> Iterator[Executor]:
-    """Processes on this machine; Ctrl-C is for the one that started them."""
-    pool = ProcessPoolExecutor(
-        workers, multiprocessing.get_context("spawn"), initializer=_leave_interrupts
-    )
-    with pool:
-        yield pool
+def processes(workers: int) -> Executor:
+    """Processes on this machine, which ignore Ctrl-C: the parent process handles it."""
+    spawn = multiprocessing.get_context("spawn")
+    return ProcessPoolExecutor(workers, spawn, initializer=_leave_interrupts)
 
 
 @contextmanager
@@ -49,7 +45,7 @@ def cluster(address: str) -> Iterator[Executor]:
 
 
 def left_to_fly(missions: Sequence[Mission], done: Sequence[Row]) -> list[Mission]:
-    """Those without a row; a row that is not of these missions is an error."""
+    """The missions without a row; a row that belongs to none of them is an error."""
     numbers = {(m.kind, m.seed, m.number, m.conditions): m for m in missions}
     for row in done:
         if numbers.pop((row.kind, row.seed, row.number, row.conditions), None) is None:
@@ -66,9 +62,9 @@ def fly_all(
     file: RowFile | None,
     tell: Callable[[Row], None],
 ) -> list[Row]:
-    """Fly them in any order; each row is written and told as soon as it is there.
+    """Fly missions in any order; each row is written and reported as soon as it is there.
 
-    An interruption gives up what waits, lets what flies end, and keeps nothing of it.
+    An interruption cancels missions that wait; those in flight end, but their rows are lost.
     """
     rows: list[Row] = []
     waiting = iter(missions)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds drawn at random: floor plan, furniture, where to start, the drone's settings for it."""
+"""Randomly drawn worlds: floor plan, furniture, start pose and the drone's settings."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from ground.sim.campaign.truth import Bits, TrueMap, flood
 from ground.sim.worldspec import Obstacle, Point, WorldSpec
 
 CLEARANCE_M: Final = 0.17
-"""way.clearance as it is by default."""
+"""The default of way.clearance."""
 SURE_M: Final = 0.05
-"""Reachable is what can be reached with so much more room than the drone asks for."""
+"""Places count as reachable if the drone gets there with this much extra clearance."""
 START_GAP_M: Final = 0.4
 _CEILING_M: Final = (2.4, 2.8)
 _OUTER_M: Final = 0.2
@@ -37,26 +37,26 @@ STYLES: Final[Mapping[str, Draw]] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A world, and what is known of it because it was drawn."""
+    """A drawn world, with what is known from drawing it."""
 
     style: str
     layout: Layout
     spec: WorldSpec
     truth: TrueMap
     solid: tuple[Rect, ...]
-    """Furniture whose middle nobody reaches."""
+    """Furniture whose centre cannot be reached."""
     sealed: int | None = None
-    """The room whose doors are shut."""
+    """Index of the room whose doors are shut."""
 
     def reachable(self) -> Bits:
-        """The places that the drone can surely get to."""
+        """The places that the drone can certainly reach."""
         truth = self.truth
         free = truth.solid_gap_m > CLEARANCE_M + SURE_M
         return flood(free, truth.cell(self.spec.start_m))
 
 
 def draw_scene(style: str, rng: np.random.Generator, *, seal: bool = False) -> Scene:
-    """A world of that style; with one room shut, if it has doors."""
+    """Draw a world of a style; with `seal`, one room is shut if there are doors."""
     while True:
         layout = STYLES[style](rng)
         room = _to_seal(layout, rng) if seal else None
@@ -73,7 +73,7 @@ def draw_scene(style: str, rng: np.random.Generator, *, seal: bool = False) -> S
 
 
 def _to_seal(layout: Layout, rng: np.random.Generator) -> int | None:
-    """A room without which the others still hang together: one with a single door."""
+    """Choose a room with a single door, so that the others stay connected without it."""
     ends = [door.rooms for door in layout.doors]
     single = [i for i in range(len(layout.rooms)) if sum(i in pair for pair in ends) == 1]
     return int(rng.choice(single)) if len(layout.rooms) > 1 and single else None
@@ -114,7 +114,7 @@ def _upright(name: str, rect: Rect, top_m: float) -> Obstacle:
 def _start(
     layout: Layout, truth: TrueMap, sealed: int | None, rng: np.random.Generator
 ) -> Point | None:
-    """Somewhere with room around, in the largest part of the world that hangs together."""
+    """Choose a start with room around it, in the largest connected part of the world."""
     fit = truth.solid_gap_m > START_GAP_M
     if sealed is not None:
         fit &= ~truth.within(layout.rooms[sealed])
@@ -132,7 +132,7 @@ def _spec(
     start_m: Point,
     rng: np.random.Generator,
 ) -> WorldSpec:
-    """Set down more or less along the walls; the permitted area is the whole plan."""
+    """Start roughly along the walls; the geofence encloses the whole plan."""
     quarter, off_rad = int(rng.integers(4)) * math.pi / 2, rng.uniform(-_TURN_RAD, _TURN_RAD)
     while True:
         yaw_rad = quarter + off_rad
@@ -155,7 +155,7 @@ def _spec(
 
 
 def _bounds(outline: Rect, start_m: Point, yaw_rad: float) -> tuple[Point, Point]:
-    """The outline's bounding box in the map frame, to a centimetre, with a margin."""
+    """The outline's bounding box in the map frame, rounded up to centimetres, with a margin."""
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     corners = np.array([(x, y) for x in (outline.x0, outline.x1) for y in (outline.y0, outline.y1)])
     there = (corners - start_m) @ np.array([[c, -s], [s, c]])

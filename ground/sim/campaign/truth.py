@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is true of a world: where there is room, what hangs together, the shortest way."""
+"""The truth about a world: clearance, connected regions, shortest paths."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from ground.sim.worldspec import Obstacle, Point
 
 STEP_M: Final = 0.05
 BODY_M: Final = (0.25, 0.6)
-"""Heights that a flight may take: what is there is in the way."""
+"""Heights at which the drone may fly; anything between them blocks it."""
 SOLID_M: Final = (0.03, 1.5)
-"""What stands on the floor or hangs above it, low things and table tops too."""
+"""Heights that include low things and table tops, standing on the floor or above it."""
 _SIGHT_M: Final = 0.02
 
 Bits = NDArray[np.bool_]
@@ -31,7 +31,7 @@ _MOVES: Final = tuple(
 
 
 class TrueMap:
-    """A lattice of places over a floor plan, and how much room there is around each."""
+    """A lattice of places over a floor plan, and the clearance at each."""
 
     def __init__(self, obstacles: tuple[Obstacle, ...], outline: Rect) -> None:
         self._low_m = (outline.x0 + STEP_M / 2, outline.y0 + STEP_M / 2)
@@ -41,9 +41,9 @@ class TrueMap:
         flat = self.points_m.reshape(-1, 2)
         footprints = Footprints(obstacles)
         self.body_gap_m: Array = footprints.gap_m(flat, *BODY_M).reshape(nx, ny)
-        """Of each place to what is in the way at the height of the flight; negative inside."""
+        """Distance of each place to what blocks flight; negative inside."""
         self.solid_gap_m: Array = footprints.gap_m(flat, *SOLID_M).reshape(nx, ny)
-        """To whatever stands there at all."""
+        """Distance of each place to anything within SOLID_M."""
 
     def place(self, cell: Sequence[int] | NDArray[np.int64]) -> Point:
         """World point of a lattice place."""
@@ -62,7 +62,7 @@ class TrueMap:
         return inside
 
     def regions(self, free: Bits) -> list[Bits]:
-        """The parts that do not hang together, largest first."""
+        """The connected parts of the free places, largest first."""
         left, parts = free.copy(), []
         while left.any():
             i, j = np.argwhere(left)[0]
@@ -72,8 +72,10 @@ class TrueMap:
         return sorted(parts, key=lambda part: -int(part.sum()))
 
     def way(self, start_m: Point, goal_m: Point, gap_m: float) -> list[Point]:
-        """The shortest way that keeps that far from what is in the way, but at its ends; empty
-        without one. A* over 16 directions, pulled taut."""
+        """The shortest path with this clearance, except at its ends; empty if there is none.
+
+        A* over 16 directions, then pulled taut.
+        """
         free = self.body_gap_m > gap_m
         start, goal = self.cell(start_m), self.cell(goal_m)
         cells = _search(free, start, goal)
@@ -85,7 +87,7 @@ class TrueMap:
         return way
 
     def _pulled(self, free: Bits, way: list[Point]) -> list[Point]:
-        """Without the points that are in sight of each other's neighbours."""
+        """Drop all points between two that see each other."""
         taut, at = [way[0]], 0
         while at < len(way) - 1:
             ahead = len(way) - 1
@@ -103,7 +105,7 @@ class TrueMap:
 
 
 def flood(free: Bits, start: Cell) -> Bits:
-    """The free places that steps to the 4 neighbours lead to."""
+    """The free places connected to the start by steps to the 4 neighbours."""
     seen = np.zeros_like(free)
     seen[start] = free[start]
     count = 0
@@ -120,7 +122,7 @@ def flood(free: Bits, start: Cell) -> Bits:
 
 
 def length_m(way: Sequence[Point]) -> float:
-    """Of a way; infinite without one."""
+    """Length of a path; infinite for an empty one."""
     return sum(math.dist(a, b) for a, b in pairwise(way)) if way else math.inf
 
 
@@ -133,7 +135,7 @@ def _denser(way: list[Point]) -> list[Point]:
 
 
 def _search(free: Bits, start: Cell, goal: Cell) -> list[Cell]:
-    """A*; the ends count as free."""
+    """A* search; both ends count as free."""
     blocked = (~np.pad(free, 2)).tolist()
     (si, sj), (gi, gj) = ((i + 2, j + 2) for i, j in (start, goal))
     blocked[si][sj] = blocked[gi][gj] = False

@@ -3,11 +3,12 @@
 // Here the parts of the page are put together.
 
 import { Connection } from "./connection.js";
-import { $, say } from "./dom.js";
+import { $ } from "./dom.js";
 import { forgetEvents, showEvents } from "./events.js";
 import { showFleet } from "./fleet.js";
 import { Hand } from "./hand.js";
 import { MapPanel } from "./map.js";
+import { sentence, showNoGround, showNow } from "./now.js";
 import { answeredParameter, showParameters } from "./parameters.js";
 import { showStatus } from "./status.js";
 import { Stop } from "./stop.js";
@@ -29,19 +30,17 @@ function wish(what) {
 const TAKE = {
   state: takeState,
   answer: takeAnswer,
-  events: (message) => showEvents(message, toast),
+  events: (message) => showEvents(message, alarm),
   parameters: takeParameters,
 };
 
 function takeState(state) {
-  const { mission, link, can, fleet, replay } = state;
+  const { can, fleet, replay } = state;
   map.take(state);
   stop.take(state);
   hand.take(state);
   showFleet(fleet, choose);
-  say($("state"), stop.on ? "stopped" : mission.words);
-  say($("detail"), mission.fault);
-  showLink(link);
+  showNow(state, stop.headline);
   showTimeline(replay);
   for (const button of document.querySelectorAll("[data-do]")) button.disabled = !can[button.dataset.do];
   showStatus(state);
@@ -49,24 +48,18 @@ function takeState(state) {
 
 function takeAnswer(answer) {
   if (answer.do === "set") answeredParameter(answer);
-  else if (!answer.ok) toast(`${label(answer.do)} refused: ${answer.words}`);
+  else if (!answer.ok) toast(`${label(answer.do)} refused: ${sentence(answer.words, answer.step)}`);
   map.answered(answer.do, answer);
 }
 
 function takeParameters({ rows }) {
   showParameters(rows, (name, value) => wish({ do: "set", name, value }));
   hand.takeParameters(rows);
-  stop.takeParameters(rows);
-}
-
-function showLink({ state: name, detail }) {
-  $("link").dataset.state = name;
-  $("link").lastElementChild.textContent = name === "connected" ? "connected" : detail;
 }
 
 /** What is shown is old from now on, and nothing but STOP can be wished for. */
 function takeClose() {
-  showLink({ state: "closed", detail: "the ground station has gone" });
+  showNoGround("the ground station has gone");
   hand.toggle(false);
   for (const button of document.querySelectorAll("[data-do], #hand")) button.disabled = true;
 }
@@ -78,13 +71,18 @@ function choose(number) {
   map.forget();
 }
 
+/** After STOP everybody knows. */
+function alarm(words) {
+  if (!stop.on) toast(words);
+}
+
 function toast(text) {
   $("toast").textContent = text;
   clearTimeout(toastTimer);
   toastTimer = setTimeout(() => ($("toast").textContent = ""), TOAST_MS);
 }
 
-const LABELS = { goto: "Goal", manual: "Flying by hand", area: "Area", fly: "Way points", patrol: "Patrol" };
+const LABELS = { goto: "Goal", manual: "Flying by hand", area: "Area", fly: "Waypoints", patrol: "Patrol" };
 
 function label(what) {
   if (what in LABELS) return LABELS[what];
@@ -103,7 +101,7 @@ connection.addEventListener("open", () => {
 });
 connection.addEventListener("close", takeClose);
 setInterval(() => {
-  if (connection.isSilent) showLink({ state: "silent", detail: "the ground station is silent" });
+  if (connection.isSilent) showNoGround("the ground station is silent");
 }, WATCH_MS);
 listenToTimeline(wish);
 connection.open();

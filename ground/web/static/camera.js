@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which part of the world the map shows. World: metres, x to the right, y up; the map may be turned.
 
+export const ZOOM = 1.3; // of one press on a key or button
+export const TURN_RAD = Math.PI / 12;
 const SCALE = [12, 600]; // CSS pixels a metre
 const FIT_SCALE_MAX = 160;
 const MARGIN_M = 0.6;
@@ -15,7 +17,7 @@ export class Camera {
     this.centre = [0, 0];
     this.scale = 60;
     this.angle = 0; // the map is turned so far, counter-clockwise
-    this.mode = "fit"; // all that is known; "follow": the drone; "free"
+    this.mode = "fit"; // all that is known, and the goal; "follow": the drone; "free"
     this.coveredPx = 0; // at the lower edge
     this.calm = matchMedia("(prefers-reduced-motion: reduce)");
   }
@@ -80,8 +82,8 @@ export class Camera {
   }
 
   /** Move on towards what the mode asks for. @return true until it is there */
-  step(elapsedMs, knownBox, drone) {
-    const goal = this.aim(knownBox, drone);
+  step(elapsedMs, box, drone) {
+    const goal = this.aim(box, drone);
     if (!goal) return false;
     const part = this.calm.matches ? 1 : 1 - Math.exp(-elapsedMs / GLIDE_MS);
     const off = [goal.centre[0] - this.centre[0], goal.centre[1] - this.centre[1]];
@@ -93,11 +95,11 @@ export class Camera {
     return far;
   }
 
-  aim(knownBox, drone) {
+  aim(box, drone) {
     if (this.mode === "follow") return drone && { centre: drone, scale: this.scale };
     if (this.mode !== "fit") return null;
-    const [x0, y0, x1, y1] = knownBox ?? [-2, -2, 2, 2];
-    const [top, right, bottom] = knownBox ? [TOOLS_PX.top, TOOLS_PX.right, this.coveredPx] : [0, 0, 0];
+    const [x0, y0, x1, y1] = box ?? [-2, -2, 2, 2];
+    const [top, right, bottom] = box ? [TOOLS_PX.top, TOOLS_PX.right, this.coveredPx] : [0, 0, 0];
     const [w, h] = [this.size[0] - right, this.size[1] - top - bottom];
     const [sine, cosine] = [Math.abs(Math.sin(this.angle)), Math.abs(Math.cos(this.angle))];
     const [wide, high] = [x1 - x0 + 2 * MARGIN_M, y1 - y0 + 2 * MARGIN_M];

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // All drones, where there are several: which one the rest of the page is about.
 
-const list = document.getElementById("fleet");
+import { $ } from "./dom.js";
 
 export function showFleet(fleet, choose) {
+  const list = $("fleet");
   list.hidden = fleet.length < 2;
   while (list.children.length < fleet.length) list.append(button(list.children.length, choose));
   fleet.forEach(({ name, colour, chosen, link, words }, n) => {

@@ -2,9 +2,9 @@
 // The map by keyboard: + and - everywhere; the rest while the map has the focus. Plain arrows are
 // left to flying by hand.
 
+import { TURN_RAD, ZOOM } from "./camera.js";
+
 const STEP_M = 0.1;
-const TURN_RAD = Math.PI / 12;
-const ZOOM = 1.25;
 const ARROWS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const EDGE_PX = 40;
 

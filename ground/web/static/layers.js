@@ -8,7 +8,7 @@ const LAYERS = [
   { name: "points", words: "Obstacle points", shown: true },
   { name: "beams", words: "Beams", shown: true },
   { name: "trail", words: "Trail", shown: true },
-  { name: "odometry", words: "Raw odometry", shown: true },
+  { name: "odometry", words: "Odometry alone", shown: true },
   { name: "route", words: "Route", shown: true },
   { name: "area", words: "Area", shown: true },
   { name: "people", words: "People seen now", shown: true, asked: true },

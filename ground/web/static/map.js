@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Everything in the map's part of the page: puts together what is drawn there and what is done there.
 
+import { TURN_RAD, ZOOM } from "./camera.js";
 import { $, say } from "./dom.js";
 import { Gestures } from "./gestures.js";
 import { Keys } from "./keys.js";
@@ -9,19 +10,17 @@ import { Preview } from "./preview.js";
 import { Tools } from "./tools.js";
 import { PERSON_MS, View } from "./view.js";
 
-const ZOOM = 1.3;
-const TURN_RAD = Math.PI / 12;
+const TAKEN_MS = 300; // within this a goal that was taken is told of as the drone's
 const FRAME_MS_MAX = 100; // a page that slept does not leap
 const [LEGEND_PX, TIMELINE_PX] = [34, 96]; // what they cover of the map
-const STEP_M = 0.05;
-const GHOST_POINTS = 4000;
 const SCALE_M = [0.1, 0.2, 0.5, 1, 2, 5, 10];
 const SCALE_PX = 48;
 const TAP = matchMedia("(pointer: coarse)").matches ? "Tap" : "Click";
-const HINTS = {
-  go: { pointer: `${TAP} anywhere to send the drone there`, keys: "Shift and arrows move a cross, Enter goes there" },
-  points: { pointer: "", keys: "Shift and arrows, P: a point at the cross, Enter: fly" },
-  area: { pointer: "", keys: "Shift and arrows, P: a corner at the cross, Enter: use" },
+const POINTER_HINT = `${TAP} the map: it takes off and flies there`;
+const KEY_HINTS = {
+  go: "Shift and arrows move a cross, Enter flies there",
+  points: "Shift and arrows move a cross, P: a point there, Enter: fly",
+  area: "Shift and arrows move a cross, P: a corner there, Enter: use",
 };
 
 export class MapPanel {
@@ -75,15 +74,15 @@ export class MapPanel {
   /** A state message of the server. */
   take(message) {
     this.state = message;
-    const { trail, trail_from: from, can, drone, odometry, area, route, fleet, replay } = message;
-    if (trail.length || from < this.trail.length) this.trail = [...this.trail.slice(0, from), ...trail];
-    this.followGhost(drone.time_s, odometry);
+    const { trail, odometry_trail: ghostTrail, can, drone, odometry, area, route, fleet, replay } = message;
+    this.trail = grown(this.trail, trail);
+    this.ghostTrail = grown(this.ghostTrail, ghostTrail);
     $("map").style.cursor = can.goto ? "crosshair" : "default";
     this.camera.coveredPx = replay ? TIMELINE_PX : LEGEND_PX;
     for (const id of ["tool-points", "tool-area"]) $(id).disabled = !can.goto;
     this.preview.refresh();
     const { pose, ranges, goal } = drone;
-    const key = JSON.stringify([can.goto, pose, ranges, goal, odometry, area, route, fleet, trail, from]);
+    const key = JSON.stringify([can.goto, pose, ranges, goal, odometry, area, route, fleet, trail, ghostTrail]);
     if (key !== this.drawnOf || this.layers.shown.age) this.changed();
     this.drawnOf = key;
   }
@@ -108,7 +107,7 @@ export class MapPanel {
 
   /** A wish of that name was answered. */
   answered(what, { ok }) {
-    if (what === "goto") this.wanted = null;
+    if (what === "goto") setTimeout(() => this.want(null), ok ? TAKEN_MS : 0);
     if (!ok) this.tools.refused(what);
     this.changed();
   }
@@ -118,7 +117,6 @@ export class MapPanel {
     this.wanted = null;
     this.trail = [];
     this.ghostTrail = [];
-    this.ghostS = 0;
     [this.tree, this.frontiers, this.people] = [[], [], []];
     this.preview.clear();
     this.tools.forget();
@@ -135,10 +133,14 @@ export class MapPanel {
   go([x, y]) {
     if (!this.state?.can.goto) return;
     this.tools.forget();
-    this.wanted = [x, y];
     this.preview.clear();
     this.keys.cross = null;
     this.wish({ do: "goto", x, y });
+    this.want([x, y]);
+  }
+
+  want(goal) {
+    this.wanted = goal;
     this.changed();
   }
 
@@ -164,17 +166,6 @@ export class MapPanel {
     if (!this.layers.shown.preview) this.preview.clear();
     this.wish({ do: "layers", want: this.layers.asked });
     this.changed();
-  }
-
-  /** Where the firmware's own estimate went, for as long as this page looks on. */
-  followGhost(timeS, odometry) {
-    if (timeS < this.ghostS) this.ghostTrail = []; // another flight, or a recording wound back
-    this.ghostS = timeS ?? 0;
-    if (!odometry) return;
-    const [x, y] = odometry;
-    const last = this.ghostTrail.at(-1);
-    if (!last || Math.hypot(x - last[0], y - last[1]) > STEP_M) this.ghostTrail.push([x, y]);
-    if (this.ghostTrail.length > GHOST_POINTS) this.ghostTrail.splice(0, GHOST_POINTS / 4);
   }
 
   /** Draw soon. */
@@ -216,11 +207,12 @@ export class MapPanel {
 
   /** What to do here: until it has flown, and for who came with the Tab key. */
   showHint() {
-    const { keys, pointer } = HINTS[this.tools.mode ?? "go"];
+    const { mode } = this.tools;
     const keyed = $("map").matches(":focus-visible");
-    const words = keyed ? keys : pointer;
-    $("hint").hidden = !this.state?.can.goto || !words || (!keyed && this.trail.length > 0);
-    say($("hint"), words);
+    const pointed = !mode && !this.trail.length && POINTER_HINT;
+    const words = this.state?.can.goto && (keyed ? KEY_HINTS[mode ?? "go"] : pointed);
+    $("hint").hidden = !words;
+    say($("hint"), words || "");
   }
 
   showTools() {
@@ -240,4 +232,9 @@ export class MapPanel {
     $("legend-drone").style.background = this.view.ownColour(state.fleet);
     $("legend-off").textContent = `${Math.hypot(ghost[0] - pose[0], ghost[1] - pose[1]).toFixed(2)} m off`;
   }
+}
+
+/** Points with the news of them. */
+function grown(points, { from, points: news }) {
+  return news.length || from < points.length ? [...points.slice(0, from), ...news] : points;
 }

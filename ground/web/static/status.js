@@ -10,7 +10,7 @@ export function showStatus({ drone, link, map, status }) {
   put("position", drone.pose && `${x.toFixed(2)}, ${y.toFixed(2)} m`);
   put("height", drone.pose && `${z.toFixed(2)} m`);
   put("heading", drone.pose && `${Math.round((180 * yaw) / Math.PI)}\u00b0`);
-  put("path", drone.path_m !== undefined && `${drone.path_m.toFixed(1)} m`);
+  put("path", drone.path_m != null && `${drone.path_m.toFixed(1)} m`);
   put("battery", drone.battery_v !== undefined && `${drone.battery_v.toFixed(2)} V`);
   put("source", drone.source);
   put("confidence", status.confidence !== undefined && `${status.confidence} %`);

@@ -41,33 +41,30 @@ export class Stop {
   }
 
   /** A state message of the server. */
-  take({ stop, replay, fleet }) {
+  take({ stop, replay, fleet, alone }) {
     this.#latched = stop.latched;
     this.#confirmed = stop.confirmed;
     this.#replay = Boolean(replay);
     this.#several = fleet.length > 1;
     if (stop.latched) this.#pressed = false;
+    say($("alone"), alone && `The drone itself: ${alone}.`);
     this.show();
-  }
-
-  /** Rows of the parameter message: what the drone does when it hears nobody. */
-  takeParameters(rows) {
-    const of = (name) => rows.find((row) => row.name === `way.${name}`);
-    const [lost, time] = [of("lost"), of("lostTime")];
-    if (!lost || !time) return;
-    const what = lost.choices[lost.value];
-    say($("alone"), `A drone that hears no ground station for ${time.value} s is set to: ${what}.`);
   }
 
   get on() {
     return this.#pressed || this.#latched || this.#confirmed;
   }
 
+  /** What the page says of the drone while a stop is on. */
+  get headline() {
+    return this.on && (this.#confirmed ? "stopped" : "stopping");
+  }
+
   show() {
     const { isOpen } = this.#connection;
     const all = this.#several;
     $("stop").hidden = this.#latched || this.#pressed;
-    $("stop-whom").textContent = all ? "cuts all motors, all drones fall" : "cuts the motors, the drone falls";
+    say($("stop-whom"), all ? "cuts all motors, all drones fall" : "cuts the motors, the drone falls");
     $("latched").hidden = !this.on;
     $("release").hidden = !this.#latched && !this.#pressed;
     say($("latched-text"), this.#words(isOpen, all ? "Each drone" : "The drone"));

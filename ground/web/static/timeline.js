@@ -13,7 +13,6 @@ export function showTimeline(replay) {
   $("timeline").hidden = !replay;
   document.body.classList.toggle("replay", Boolean(replay));
   if (!replay) return;
-  $("link").lastElementChild.textContent = "recording";
   const slider = $("time");
   slider.max = replay.of_s;
   if (!held) slider.value = replay.at_s;

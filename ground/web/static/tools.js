@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Drawing on the map: way points to fly along, and the area that the drone may not leave.
+// Drawing on the map: waypoints to fly along, and the area that the drone may not leave.
 
 import { $ } from "./dom.js";
 import * as marks from "./marks.js";

@@ -54,7 +54,8 @@ export class View {
     if (!w || !h) return false;
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     const gliding = this.glide(scene.drone?.pose, elapsedMs);
-    const moving = camera.step(elapsedMs, this.cells.knownBox, this.shown?.slice(0, 2));
+    const box = around(this.cells.knownBox, scene.drone?.goal);
+    const moving = camera.step(elapsedMs, box, this.shown?.slice(0, 2));
     const { layers } = scene;
     this.cells.draw(c, ratio, colours, { points: layers.points, ages: layers.age ? scene.ages : null });
     const on = { c, camera, colours };
@@ -121,4 +122,11 @@ export class View {
     this.shown = part === 1 ? [x, y, yaw] : [x0 + part * off[0], y0 + part * off[1], yaw0 + part * off[2]];
     return part < 1;
   }
+}
+
+/** The box of all that is known, and where the drone flies to. */
+function around(box, goal) {
+  if (!box || !goal) return box;
+  const [[x0, y0, x1, y1], [x, y]] = [box, goal];
+  return [Math.min(x0, x), Math.min(y0, y), Math.max(x1, x), Math.max(y1, y)];
 }

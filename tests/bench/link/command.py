@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`wayflie bench link`: what the way between drone and ground costs, and what gets lost on it."""
+"""`wayflie bench link`: what the link between drone and ground costs, and what gets lost on it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MEMORY_GROWTH_MB = 10.0
 
 
 def run_link(json_file: Path | None, seed: int, minutes: float, out: Console) -> bool:
-    """All of it in one run. @return every check held"""
+    """Run all measurements. @return every check held"""
     figures: Figures = {}
     for title, part in (
         ("a fresh client fetches the map", fetching(seed)),
@@ -38,7 +38,7 @@ def run_link(json_file: Path | None, seed: int, minutes: float, out: Console) ->
 
 
 def checks_of(figures: Figures) -> list[Check]:
-    """What the link must show."""
+    """The checks of the link."""
     growth_mb = (figures["memory_end_mb"] or 0.0) - (figures["memory_start_mb"] or 0.0)
     return [
         Check("full_map_s", figures["full_map_s"], 3.0, "<="),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is measured of a link: pieces and bytes, and when the ground's map was which."""
+"""Measures a link: map packets and bytes, and when the ground's map equalled the drone's."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from ground.link import Link
-from ground.map import GroundMap
-from ground.missing import MapPacket
-from ground.model import Incoming, LinkChange, LinkState, LinkStats, Outgoing
-from ground.station import Station
+from ground.link.protocol import Link
+from ground.map.groundmap import GroundMap
+from ground.model import Incoming, LinkChange, LinkState, LinkStats, MapPacket
+from ground.requests import Outgoing
+from ground.station.station import Station
 
 Cells = NDArray[np.uint8]
 PACKET_BYTES: Final = 1 + 4 + 26
@@ -24,7 +24,7 @@ _LIMIT_S: Final = 120.0
 
 
 class Metered:
-    """A link that notes the drone's time of every piece and our time of every change."""
+    """A link that notes the drone time of every map packet and our time of every change."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -33,7 +33,7 @@ class Metered:
 
     @property
     def stats(self) -> LinkStats:
-        """Those of the link."""
+        """Counters of the link."""
         return self._link.stats
 
     async def open(self) -> None:
@@ -58,7 +58,7 @@ class Metered:
             yield message
 
     def since(self, begin_s: float, state: LinkState) -> float | None:
-        """Seconds from there until the link came into that state."""
+        """Seconds from a time until the link entered a state."""
         return next(
             (at - begin_s for at, now in self.changes if at >= begin_s and now is state), None
         )
@@ -73,7 +73,7 @@ class Snapshots:
         self.taken: list[tuple[int, Cells]] = []
 
     async def run(self) -> None:
-        """Until cancelled."""
+        """Note snapshots until cancelled."""
         while True:
             grid = self._station.picture.map
             if grid.revision != self._revision:
@@ -82,7 +82,7 @@ class Snapshots:
             await asyncio.sleep(0.02)
 
     def equal_from(self, truth: Cells) -> int | None:
-        """The drone's time from which on the ground had this map."""
+        """The drone time from which the ground's map equalled this one."""
         since = None
         for at_ms, states in self.taken:
             if not np.array_equal(states, truth):
@@ -93,7 +93,7 @@ class Snapshots:
 
 
 async def until(condition: Callable[[], bool], limit_s: float = _LIMIT_S) -> bool:
-    """Wait for it. @return False if it did not come."""
+    """Wait for a condition. @return False if it never held"""
     end_s = time.monotonic() + limit_s
     while not condition():
         if time.monotonic() > end_s:
@@ -103,7 +103,7 @@ async def until(condition: Callable[[], bool], limit_s: float = _LIMIT_S) -> boo
 
 
 def noise_map(like: GroundMap, seed: int) -> GroundMap:
-    """A map that does not compress: every cell by chance, on the same grid."""
+    """A map that does not compress: every cell is random, on the same grid."""
     grid = GroundMap()
     grid.cell_m, grid.origin = like.cell_m, like.origin
     grid.states[:] = np.random.default_rng(seed).integers(0, 3, grid.states.shape)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The measurements of `wayflie bench link`, one after the other: real cflib over real UDP."""
+"""The measurements of `wayflie bench link`, in order: real cflib over real UDP."""
 
 from __future__ import annotations
 
@@ -12,20 +12,22 @@ from typing import Final
 
 import numpy as np
 
-from ground.core import MissionCmd, MissionReason, MissionState
+from ground.core import MissionCmd, MissionState
 from ground.errors import CommandRefused, LinkError
-from ground.flight import fly
-from ground.link_kept import KeptLink
-from ground.link_radio import RadioLink
-from ground.mapsend import send_map
+from ground.link.kept import KeptLink
+from ground.link.radio import INBOX_MESSAGES, RadioLink
 from ground.model import LinkState
 from ground.sim.process import SimulatorProcess
-from ground.station import Station, station_on
+from ground.station.maps import send_map
+from ground.station.settling import fly_when_settled
+from ground.station.station import Station, station_on
 from tests.bench.link.meter import PACKET_BYTES, Metered, Snapshots, noise_map, until
 
 Figures = dict[str, float | int | None]
 MAP_PERIOD_MS: Final = 10
-BAD: Final = ("--loss", "0.3", "--duplication", "0.2", "--reorder", "0.2")
+LOSSY: Final = {"loss": 0.3, "duplication": 0.2, "reorder": 0.2}
+"""Shares of the packets, each way."""
+_LOSSY: Final = tuple(f"--{name}={share}" for name, share in LOSSY.items())
 _FADING_S: Final = 26.0
 """So long after a flight the drone's map may still change: what moved fades."""
 _COMMANDS: Final = 40
@@ -33,14 +35,8 @@ _EPOCHS: Final = 4
 _PAGE_BYTES: Final = os.sysconf("SC_PAGE_SIZE")
 
 
-async def settled(station: Station, cmd: MissionCmd) -> None:
-    """Give the command as soon as the position estimate has settled; until it is done."""
-    while (await fly(station, cmd)).reason is MissionReason.ESTIMATOR:
-        await asyncio.sleep(0.05)
-
-
 async def _fetch(uri: str) -> tuple[float, int, int, Station]:
-    """A fresh client: link time until the map is complete [s], its packets, the cells it knows."""
+    """A fresh client: link time until the map is complete [s], its packets, its known cells."""
     link = Metered(RadioLink(uri, MAP_PERIOD_MS))
     async with station_on(link) as station:
         complete = await until(lambda: station.picture.map.completeness == 1)
@@ -50,16 +46,17 @@ async def _fetch(uri: str) -> tuple[float, int, int, Station]:
 
 
 async def fetching(seed: int) -> Figures:
-    """A fresh client and a home that was explored; then a map of noise, which fills every piece."""
+    """Fetch the map of an explored home, then a map of noise, which fills every packet."""
     with SimulatorProcess("--world", "flat", "--seed", str(seed), "--speed", "10") as simulator:
         async with station_on(RadioLink(simulator.uri)) as station:
-            await settled(station, MissionCmd.EXPLORE)
+            await fly_when_settled(station, MissionCmd.EXPLORE)
             await until(lambda: station.picture.state is MissionState.IDLE)
         home_s, home_packets, home_cells, _ = await _fetch(simulator.uri)
         async with station_on(RadioLink(simulator.uri, MAP_PERIOD_MS)) as station:
             await send_map(station, noise_map(station.picture.map, seed))
         full_s, full_packets, full_cells, _ = await _fetch(simulator.uri)
     return {
+        "map_packets_per_s": 1000 / MAP_PERIOD_MS,
         "home_map_s": home_s,
         "home_known_cells": home_cells,
         "wire_bytes": home_packets * PACKET_BYTES,
@@ -70,13 +67,13 @@ async def fetching(seed: int) -> Figures:
 
 
 async def healing(seed: int) -> Figures:
-    """A flight with loss, duplication and reordering; how long the ground's map stays another."""
-    arguments = ("--world", "flat", "--seed", str(seed), *BAD)
+    """A flight with loss, duplication and reordering; how long the ground's map differs."""
+    arguments = ("--world", "flat", "--seed", str(seed), *_LOSSY)
     with SimulatorProcess(*arguments, "--speed", "5") as simulator:
         async with station_on(RadioLink(simulator.uri, MAP_PERIOD_MS)) as station:
             snapshots = Snapshots(station)
             noting = asyncio.create_task(snapshots.run())
-            await settled(station, MissionCmd.EXPLORE)
+            await fly_when_settled(station, MissionCmd.EXPLORE)
             await until(lambda: station.picture.state is MissionState.IDLE)
             landed_ms = station.picture.drone_ms
             await until(lambda: station.picture.drone_ms > landed_ms + 1000 * _FADING_S)
@@ -92,6 +89,7 @@ async def healing(seed: int) -> Figures:
     same = np.array_equal(truth, fresh.picture.map.states)
     healed_ms = snapshots.equal_from(fresh.picture.map.states)
     return {
+        **LOSSY,
         "healed_after_loss_s": (healed_ms - stopped_ms) / 1000 if healed_ms and same else None,
         "healed_known_cells": known if known == again else None,
         "measured_loss": stats.lost_packets / max(1, stats.lost_packets + stats.log_packets),
@@ -100,9 +98,9 @@ async def healing(seed: int) -> Figures:
 
 
 async def commanding(seed: int) -> Figures:
-    """Commands over the same way. Each makes the map anew, which the drone counts to four."""
+    """Commands over the same link; each restarts the map, and the drone counts that modulo 4."""
     twice = lost = failed = 0
-    arguments = ("--world", "empty", "--seed", str(seed), *BAD)
+    arguments = ("--world", "empty", "--seed", str(seed), *_LOSSY)
     with SimulatorProcess(*arguments) as simulator:
         async with station_on(RadioLink(simulator.uri, MAP_PERIOD_MS)) as station:
             epoch = (await station.greet()).epoch
@@ -128,13 +126,13 @@ async def commanding(seed: int) -> Figures:
 
 
 async def breaking(seed: int) -> Figures:
-    """The simulator stops answering, dies, and comes back anew in the middle of a flight."""
+    """The simulator stops answering, dies, and restarts in the middle of a flight."""
     arguments = ("--world", "empty", "--seed", str(seed))
     with SimulatorProcess(*arguments) as simulator:
         port = int(simulator.uri.rpartition(":")[2])
         link = Metered(KeptLink(lambda: RadioLink(simulator.uri)))
         async with station_on(link) as station:
-            await settled(station, MissionCmd.TAKE_OFF)
+            await fly_when_settled(station, MissionCmd.TAKE_OFF)
             silent_s, heard_s, kept = await _silence(simulator, link, station)
             begin_s = time.monotonic()
             simulator.kill()
@@ -161,7 +159,7 @@ async def breaking(seed: int) -> Figures:
 async def _silence(
     simulator: SimulatorProcess, link: Metered, station: Station
 ) -> tuple[float | None, float | None, bool]:
-    """Seconds until noticed, until it is heard again; it still flies then."""
+    """Seconds until silence is noticed, and until the link recovers; the drone must still fly."""
     process = simulator._process
     assert process is not None
     begin_s = time.monotonic()
@@ -178,7 +176,7 @@ async def _silence(
 
 
 async def lasting(seed: int, minutes: float) -> Figures:
-    """Four drones that explore again and again; what the station costs meanwhile."""
+    """Four drones that explore repeatedly, and what the station costs meanwhile."""
     arguments = ("--world", "flat", "--seed", str(seed), "--endurance", "100000")
     with SimulatorProcess(*arguments, drones=4) as simulator:
         links = [RadioLink(uri) for uri in simulator.uris]
@@ -203,7 +201,7 @@ async def lasting(seed: int, minutes: float) -> Figures:
         "memory_end_mb": end_mb,
         "log_packets_per_s": packets / wall_s,
         "queue_in_max": max(link.queue_peak for link in links),
-        "queue_in_limit": RadioLink.QUEUE_LIMIT,
+        "queue_in_limit": INBOX_MESSAGES,
         "dropped_messages": sum(each.dropped_messages for each in stats),
     }
 
@@ -219,12 +217,12 @@ async def _busy(link: RadioLink, ready: asyncio.Barrier, over: asyncio.Event) ->
 
 async def _explore_forever(station: Station) -> None:
     while True:
-        await settled(station, MissionCmd.EXPLORE)
+        await fly_when_settled(station, MissionCmd.EXPLORE)
         await asyncio.sleep(1.0)
         await station.command(MissionCmd.FORGET)
 
 
 def memory_mb() -> float:
-    """Resident, of this process."""
+    """Resident memory of this process."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * _PAGE_BYTES / 1e6

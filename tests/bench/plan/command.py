@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The planner against what people use: `wayflie bench plan`."""
+"""`wayflie bench plan`: the planner compared with widely used planners."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.bench.plan.tables import print_tables
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What `wayflie bench plan` was asked for."""
+    """The options of `wayflie bench plan`."""
 
     seed: int = 101
     problems: int = 250
@@ -41,7 +41,7 @@ class Options:
 
 
 def make_families(options: Options) -> dict[str, list[Problem]]:
-    """Problems by family; crops of real maps take the place of caverns where there are any."""
+    """Problems by family; crops of real maps replace the caverns if there are any."""
     draws = dict(DRAWN)
     if options.maps:
         del draws["caverns"]
@@ -51,7 +51,7 @@ def make_families(options: Options) -> dict[str, list[Problem]]:
 
 
 def take_figures(options: Options, results: Results, chip: Figures) -> Figures:
-    """All that was measured, by the names under which it is reported."""
+    """All measured figures by the names used in the report."""
     proven, proof_time = figures.unsolvable(results)
     replanned, replan_time = figures.replans(results)
     intervals = figures.speedups(results) | proof_time | replan_time

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compile the bench's own C files, each time anew, into a folder that goes with the process."""
+"""Compiles the bench's C files afresh, into a folder that is removed with the process."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def exact_library() -> Path:
 
 
 def core_files(source: Path) -> list[Path]:
-    """The C files of the core that one needs: of what it includes, and of what that includes."""
+    """The C files of the core that a source needs, directly or through its includes."""
     wanted: set[Path] = set()
     ahead = [source]
     while ahead:
@@ -56,7 +56,7 @@ def core_files(source: Path) -> list[Path]:
 
 @cache
 def driver(name: str) -> Path:
-    """One of the drivers in C, with what it needs of the core."""
+    """Compile one of the C drivers with what it needs of the core."""
     target = workshop() / name
     own = [HERE / f"drive_{name}.c", *(HERE / file for file in SHARED)]
     core: list[Path] = []

@@ -15,7 +15,7 @@ _Y, _X = np.mgrid[0:SIDE, 0:SIDE] + 0.5
 
 
 def empty_hall(wall: int = 2) -> Bits:
-    """Free but for its outer walls."""
+    """A hall that is free except for its outer walls."""
     cells = np.ones((SIDE, SIDE), bool)
     cells[wall:-wall, wall:-wall] = False
     return cells
@@ -34,7 +34,7 @@ def disc(cells: Bits, centre: tuple[float, float], radius: float) -> None:
 
 
 def inflated(cells: Bits, radius: int = RADIUS_CELLS) -> Bits:
-    """Blocked: every cell whose centre is within the radius of a blocked one's; the rim too."""
+    """Block every cell whose centre is within the radius of a blocked cell's; the rim too."""
     framed = np.pad(cells, radius, constant_values=True)
     height, width = cells.shape
     wide = np.zeros_like(cells)
@@ -47,7 +47,7 @@ def inflated(cells: Bits, radius: int = RADIUS_CELLS) -> Bits:
 
 
 def least_clearance(radius: int = RADIUS_CELLS) -> float:
-    """Distance in cells that inflation leaves, at least, between a free place and an obstacle."""
+    """Least distance in cells that inflation leaves between a free place and an obstacle."""
     beyond = [
         np.hypot(max(dx - 1, 0), max(dy - 1, 0))
         for dx in range(radius + 2)

@@ -41,7 +41,7 @@ double exact_way_length(const exact_map_t *map, const double *xy_cells, int coun
 double exact_way_clearance(const exact_map_t *map, const double *xy_cells, int count);
 
 /** Length in cells of the shortest way between two places, by A* over the visibility graph of the
- * convex corners; -1 if there is none. Way points go to xy_cells (0 if not wanted), as many as
+ * convex corners; -1 if there is none. Waypoints go to xy_cells (0 if not wanted), as many as
  * capacity allows, their number to *count. */
 double exact_optimum(const exact_map_t *map, exact_point_t start, exact_point_t goal,
                      double *xy_cells, int capacity, int *count);

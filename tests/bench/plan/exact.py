@@ -41,18 +41,18 @@ class ExactMap:
         self._map = self._ffi.gc(made, self._lib.exact_map_free)
 
     def sees(self, a: Place, b: Place) -> bool:
-        """The straight line between two places is free."""
+        """Whether the straight line between two places is free."""
         ends = (self._lib.exact_point(*a), self._lib.exact_point(*b))
         return bool(self._lib.exact_segment_free(self._map, *ends, 0))
 
     def reachable(self, x: int, y: int) -> Bits:
-        """The free cells that steps to the 4 neighbours reach."""
+        """The free cells connected to a place by steps to the 4 neighbours."""
         reached = np.zeros((self.height, self.width), np.uint8)
         self._lib.exact_reach(self._map, x, y, self._ffi.from_buffer(reached))
         return reached.astype(bool)
 
     def optimum(self, start: Place, goal: Place) -> tuple[float, list[Place]]:
-        """Length in cells and way points of the shortest way; infinite and none without one."""
+        """Length in cells and corners of the shortest path; infinite and none without one."""
         count = self._ffi.new("int *")
         points = self._ffi.new("double[]", 2 * _WAY_POINTS)
         ends = (self._lib.exact_point(*start), self._lib.exact_point(*goal))
@@ -62,12 +62,12 @@ class ExactMap:
         return length, [(points[2 * i], points[2 * i + 1]) for i in range(count[0])]
 
     def way_length(self, way: Sequence[Place]) -> float | None:
-        """In cells; None if it is not free."""
+        """Length of a path in cells; None if it is not free."""
         length = self._lib.exact_way_length(self._map, *self._way(way), 0)
         return None if length < 0 else float(length)
 
     def clearance(self, way: Sequence[Place]) -> float:
-        """Least distance in cells between the way and a blocked cell of the map."""
+        """Least distance in cells between the path and a blocked cell of the map."""
         return float(self._lib.exact_way_clearance(self._map, *self._way(way)))
 
     def _way(self, way: Sequence[Place]) -> tuple[Any, int]:

@@ -34,7 +34,7 @@ def furniture(rng: np.random.Generator) -> Bits:
 
 
 def rooms(rng: np.random.Generator) -> Bits:
-    """3 to 6 rooms by cutting the larger ones, with doors of 0.8 to 1 m and some furniture."""
+    """3 to 6 rooms, cut from larger ones, with doors of 0.8 to 1 m and some furniture."""
     while True:
         cells = empty_hall()
         parts: list[Rect] = [(2, 2, SIDE - 2, SIDE - 2)]
@@ -101,13 +101,13 @@ def largest_region(blocked: Bits) -> Bits:
 
 
 def _mostly_connected(cells: Bits) -> bool:
-    """A door may end where another wall does: then a room is lost."""
+    """Whether most rooms are connected: a door may end at another wall, so that a room is lost."""
     blocked = inflated(cells)
     return bool(largest_region(blocked).sum() > 0.9 * (~blocked).sum())
 
 
 def worth_planning(blocked: Bits) -> bool:
-    """Neither nearly full nor nearly empty, and not all crumbs."""
+    """Whether the map is neither nearly full nor nearly empty, nor all fragments."""
     free = (~blocked).mean()
     return bool(0.25 <= free <= 0.85 and largest_region(blocked).mean() >= 0.2)
 
@@ -172,7 +172,7 @@ def caverns(rng: np.random.Generator) -> Bits:
 
 
 def _neighbours(rock: Bits) -> np.ndarray:
-    """How many of the 3 x 3 cells around each are rock; outside all are."""
+    """How many of the 3 x 3 cells around each are rock; everything outside is."""
     framed = np.pad(rock, 1, constant_values=True).astype(int)
     height, width = rock.shape
     return sum(framed[y : y + height, x : x + width] for y in range(3) for x in range(3))

@@ -76,7 +76,7 @@ class Results:
     """By what was done: `repair` and `anew`."""
 
     def of(self, planner: str, family: str | None = None) -> Columns:
-        """The runs of a planner, in one family or in all."""
+        """The runs of a planner, in one family or in all of them."""
         families = self.plans[planner]
         return families[family] if family else joined(list(families.values()))
 
@@ -88,19 +88,19 @@ def _times(runs: Columns, name: str) -> Numbers:
 def speedup(
     results: Results, other: str, name: str, compare: Compare, family: str | None = None
 ) -> Interval:
-    """How many times as fast ours is."""
+    """How many times as fast our planner is."""
     ours, theirs = (_times(results.of(planner, family), name) for planner in (OURS, other))
     return compare(theirs, ours)
 
 
 def _hardest(results: Results, others: Iterable[str], name: str, compare: Compare) -> Interval:
-    """Over the rival that comes closest."""
+    """The speedup over the fastest opponent."""
     found = [speedup(results, other, name, compare) for other in others if other in results.plans]
     return min(found, key=lambda interval: interval.low)
 
 
 def speedups(results: Results) -> dict[str, Interval]:
-    """Over those opponents that took part."""
+    """Speedups over the opponents that took part."""
     found: dict[str, Interval] = {}
     there = results.plans
     if any(name in there for name in OPTIMAL):
@@ -127,13 +127,13 @@ def speedups(results: Results) -> dict[str, Interval]:
 
 
 def _broken(runs: Columns) -> int:
-    """Ways that broke a rule, and runs whose last ways came too near to an obstacle."""
+    """Paths that broke a rule, and runs whose last path came too near to an obstacle."""
     too_near = runs["clearance"] < least_clearance() - 1e-3
     return int(runs["invalid"].sum() + too_near.sum())
 
 
 def quality(results: Results) -> Figures:
-    """What the routes of ours are worth; a collision is any broken rule of any returned way."""
+    """The quality of our routes; a collision is any broken rule of any returned path."""
     runs = results.of(OURS)
     ratio, flown, enough = (
         runs[name] / runs["optimum"] for name in ("fixed_cost", "flown_cost", "enough_cost")
@@ -144,6 +144,7 @@ def quality(results: Results) -> Figures:
         "final_cost_ratio_p95": percentile(ratio, 95),
         "flown_cost_ratio_median": percentile(flown, 50),
         "flown_cost_ratio_p95": percentile(flown, 95),
+        "first_ms_median": 1000 * percentile(runs["first_s"], 50),
         "enough_ms_median": 1000 * percentile(runs["enough_s"], 50),
         "enough_ms_p95": 1000 * percentile(runs["enough_s"], 95),
         "enough_cost_ratio_p95": percentile(enough, 95),
@@ -154,7 +155,7 @@ def quality(results: Results) -> Figures:
 
 
 def unsolvable(results: Results) -> tuple[dict[str, float], dict[str, Interval]]:
-    """How often ours knew that there is no way, and how long that took."""
+    """How often our planner proved that there is no path, and how long that took."""
     ours, astar = results.unsolvable[OURS], results.unsolvable[ASTAR]
     ratio = geometric_ratio(_times(ours, "end_s"), _times(astar, "end_s"))
     found = {
@@ -183,7 +184,7 @@ def replans(results: Results) -> tuple[dict[str, float], dict[str, Interval]]:
 
 
 def bounds(intervals: Mapping[str, Interval]) -> Figures:
-    """The bound that is the worse for us under the figure's own name, the estimate beside it."""
+    """Under the figure's own name the worse bound for us, and beside it the estimate."""
     worse = {name: sense for name, sense, _ in LIMITS}
     figures: Figures = {}
     for name, interval in intervals.items():
@@ -194,12 +195,12 @@ def bounds(intervals: Mapping[str, Interval]) -> Figures:
 
 
 def finite(value: object) -> object:
-    """None for what was never reached: JSON knows no infinity."""
+    """None for values that were never reached, since JSON has no infinity."""
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def checks(figures: Mapping[str, object]) -> Sequence[Check]:
-    """Of those figures that were taken."""
+    """The checks of the figures that were measured."""
     return [
         Check(name, figures[name], limit, sense)  # type: ignore[arg-type]
         for name, sense, limit in LIMITS

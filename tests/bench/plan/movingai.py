@@ -36,7 +36,7 @@ def load_map(path: Path) -> Bits:
 
 
 def crop(cells: Bits, rng: np.random.Generator) -> Bits:
-    """A square of a map, up to 6 of its cells as one: blocked if at least half of them are."""
+    """Crop a square of a map, with up to 6 cells as one: blocked if at least half of them are."""
     largest = min(max(cells.shape) // SIDE, SCALE_MAX)
     scale = int(rng.integers(1, largest + 1)) if largest > 1 else 1
     side = scale * SIDE

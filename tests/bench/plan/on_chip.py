@@ -31,7 +31,7 @@ PROGRAM: Final = Program(
 
 
 def packed(problems: Iterable[Problem], seed: int) -> bytes:
-    """As chip_plan.c reads them."""
+    """The problems as chip_plan.c reads them."""
     return b"".join(
         np.packbits(problem.blocked, axis=1, bitorder="little").tobytes()
         + struct.pack("<4fI", *problem.start, *problem.goal, seed * 7919 + k)
@@ -40,7 +40,7 @@ def packed(problems: Iterable[Problem], seed: int) -> bytes:
 
 
 def outcomes(output: bytes) -> list[tuple[float, int]]:
-    """For each problem the length of its first way (infinite without one), and its slices."""
+    """For each problem the length of its first path (infinite without one), and its slices."""
     found, at = [], 0
     while at < len(output):
         cost, slices, points = struct.unpack_from("<fii", output, at)
@@ -50,7 +50,7 @@ def outcomes(output: bytes) -> list[tuple[float, int]]:
 
 
 def chip_figures(problems: Sequence[Problem], seed: int) -> Figures:
-    """Milliseconds at the drone's clock; the worst slice with the cycle model's safety factor."""
+    """Milliseconds at the drone's clock rate; the worst slice with the model's safety factor."""
     data = packed(problems, seed)
     run = Chip(build(PROGRAM, "firmware")).run(data, (SLICE, *STEPS))
     costs, slices = zip(*outcomes(run.output), strict=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of a run of the planning bench."""
+"""Plots of a run of the planning bench."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _shown(results: Results) -> list[str]:
 
 
 def plot_times(results: Results, path: Path) -> None:
-    """Share of all runs that had reached each target by a time."""
+    """Plot the share of all runs that had reached each target by a time."""
     figure, axes = plt.subplots(
         1, len(TARGETS), figsize=(14, 4.4), sharey=True, layout="constrained"
     )
@@ -51,7 +51,7 @@ def plot_times(results: Results, path: Path) -> None:
 
 
 def plot_speedups(results: Results, path: Path) -> None:
-    """Geometric means by family, with the 95 % intervals."""
+    """Plot geometric means by family, with their 95 % intervals."""
     families = [None, *results.plans[OURS]]
     others = [name for name in _shown(results) if name != OURS]
     figure, axes = plt.subplots(
@@ -85,7 +85,7 @@ def _draw(panel: Axes, problem: Problem) -> None:
 
 
 def plot_problems(families: Mapping[str, Sequence[Problem]], path: Path) -> None:
-    """The first problem of each family with its shortest way."""
+    """Draw the first problem of each family with its shortest path."""
     _, axes = plt.subplots(1, len(families), figsize=(3 * len(families), 3.4), layout="constrained")
     for panel, problems in zip(axes, families.values(), strict=True):
         _draw(panel, problems[0])
@@ -105,7 +105,7 @@ def _save(path: Path) -> None:
 def write_plots(
     folder: Path, families: Mapping[str, Sequence[Problem]], results: Results
 ) -> Iterable[Path]:
-    """problems.png and times.png, and speedups.png where there were opponents."""
+    """Write problems.png and times.png, and with opponents speedups.png."""
     folder.mkdir(parents=True, exist_ok=True)
     written = [folder / "problems.png", folder / "times.png"]
     plot_problems(families, written[0])

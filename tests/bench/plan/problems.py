@@ -21,7 +21,7 @@ _CHANGE_TRIES = 24
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """Obstacles as they are and as wide as the drone makes them; places and lengths in cells."""
+    """A map's obstacles, as they are and inflated; places and lengths in cells."""
 
     family: str
     raw: Bits
@@ -39,7 +39,7 @@ def _centre(x: int, y: int) -> Place:
 
 
 def _ends(rng: np.random.Generator, blocked: Bits) -> tuple[Place, Place] | None:
-    """Start and goal: connected, at least 2 m apart, not in sight of each other."""
+    """Draw start and goal: connected, at least 2 m apart, without line of sight."""
     exact = ExactMap(blocked)
     free = np.argwhere(~blocked)
     if len(free) < 500:
@@ -59,7 +59,7 @@ def _ends(rng: np.random.Generator, blocked: Bits) -> tuple[Place, Place] | None
 
 
 def make_problem(family: str, draw: Draw, rng: np.random.Generator) -> Problem:
-    """One that has a solution."""
+    """Make a problem that has a solution."""
     while True:
         raw = draw(rng)
         blocked = inflated(raw)
@@ -70,7 +70,7 @@ def make_problem(family: str, draw: Draw, rng: np.random.Generator) -> Problem:
 
 
 def walled_off(problem: Problem, rng: np.random.Generator) -> Problem:
-    """The same with a closed wall around the goal: there is no way, and both ends are free."""
+    """Close a wall around the goal: there is no path, and both ends are free."""
     goal_x, goal_y = map(int, problem.goal)
     distance = max(abs(a - b) for a, b in zip(problem.start, problem.goal, strict=True))
     half = int(rng.integers(6, max(7, min(30, int(distance) - 6))))
@@ -88,7 +88,7 @@ def walled_off(problem: Problem, rng: np.random.Generator) -> Problem:
 
 
 def closed_on_the_way(problem: Problem, rng: np.random.Generator) -> Problem | None:
-    """The same after something closed the shortest way, as a door does, and another way is left."""
+    """Close the shortest path, as a door does, so that another path is left."""
     for _ in range(_CHANGE_TRIES):
         leg = int(rng.integers(len(problem.way) - 1))
         part = rng.random()
@@ -112,7 +112,7 @@ def closed_on_the_way(problem: Problem, rng: np.random.Generator) -> Problem | N
 
 
 def make_set(seed: int, count: int, families: Mapping[str, Draw] = DRAWN) -> list[Problem]:
-    """So many problems, the families in turns, one after the other: same seed, same problems."""
+    """Make so many problems, the families in turn: same seed, same problems."""
     names = list(families)
     return [
         make_problem(name, families[name], np.random.default_rng([seed, number, k]))
@@ -127,14 +127,14 @@ def make_unsolvable(problems: Iterable[Problem], seed: int) -> list[Problem]:
 
 
 def make_changes(problems: Iterable[Problem], seed: int) -> list[tuple[Problem, Problem]]:
-    """Before and after, for those in which another way is left."""
+    """Problems before and after a change, where another path is left."""
     rng = np.random.default_rng([seed, SIDE])
     pairs = [(problem, closed_on_the_way(problem, rng)) for problem in problems]
     return [(before, after) for before, after in pairs if after is not None]
 
 
 def write_problems(path: Path, problems: Iterable[Problem]) -> None:
-    """In the form that drive.h reads."""
+    """Write problems in the format that drive.h reads."""
     listed = list(problems)
     with path.open("wb") as file:
         file.write(MAGIC + struct.pack("<I", len(listed)))

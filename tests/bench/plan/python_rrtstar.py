@@ -42,7 +42,7 @@ class PlainTree:
 
     @property
     def best(self) -> float:
-        """Length of the best way so far."""
+        """Length of the best path so far."""
         ways = (node.cost + math.dist(node.at, self._goal) for node in self._near_goal)
         return min(ways, default=math.inf)
 
@@ -101,7 +101,7 @@ class PlainTree:
             ahead += below.children
 
     def _free(self, a: Place, b: Place) -> bool:
-        """Looks at a place every half cell."""
+        """Check a segment at every half cell."""
         count = int(2 * math.dist(a, b)) + 1
         for k in range(count + 1):
             part = k / count
@@ -133,7 +133,7 @@ def run_plain(problem: Problem, seed: int) -> dict[str, float]:
 
 
 def run_plain_on(problems: Sequence[Problem], seed: int) -> Columns:
-    """A row per problem, as the compiled drivers print them."""
+    """Run it on a set; one row per problem, as the compiled drivers print them."""
     rows = [run_plain(problem, seed * 7919 + k) for k, problem in enumerate(problems)]
     columns = {name: np.array([row[name] for row in rows], float) for name in rows[0]}
     return {"problem": np.arange(len(rows), dtype=float)} | columns

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How many times as fast, and how sure that is."""
+"""How many times as fast a planner is, with a confidence interval."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Interval:
 
 
 def percentile(values: Numbers, percent: float) -> float:
-    """A value that was measured: of infinite ones nothing is interpolated."""
+    """A percentile without interpolation, since values may be infinite."""
     return float(np.percentile(values, percent, method="higher"))
 
 
@@ -44,7 +44,7 @@ def _bootstrap(count: int, estimate: Callable[[NDArray[np.int64]], Numbers]) -> 
 
 
 def by_problem(runs: Columns, name: str, budget_s: float) -> Numbers:
-    """A row per problem, a column per seed of the planner; what was not reached took the budget."""
+    """One row per problem, one column per seed; unsolved runs count with the whole budget."""
     problems = np.unique(runs["problem"])
     rows = [runs[name][runs["problem"] == problem] for problem in problems]
     return np.minimum(np.array(rows), budget_s)
@@ -60,7 +60,7 @@ def geometric_ratio(slower: Numbers, faster: Numbers) -> Interval:
 
 
 def tail_ratio(slower: Numbers, faster: Numbers, percent: float = 95.0) -> Interval:
-    """Ratio of a percentile over all runs; whole problems are drawn."""
+    """Ratio of a percentile over all runs; the bootstrap draws whole problems."""
 
     def tail(runs: Numbers, drawn: NDArray[np.int64]) -> Numbers:
         rows = runs[drawn].reshape(len(drawn), -1)

@@ -56,13 +56,13 @@ def _driven(*command: str | Path | int | float) -> Columns:
 
 
 def read_columns(text: str) -> Columns:
-    """Numbers by the names of the first line."""
+    """Read numbers by the names in the first line."""
     rows = list(csv.DictReader(io.StringIO(text)))
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
 
 
 def write_columns(columns: Columns) -> str:
-    """The same text again."""
+    """Write the same format again."""
     rows = zip(*columns.values(), strict=True)
     return "\n".join([",".join(columns), *(",".join(map(repr, map(float, row))) for row in rows)])
 
@@ -81,7 +81,7 @@ def run_ompl(name: str) -> Callable[[Task], Columns]:
 
 
 def runner(name: str) -> Callable[[Task], Columns]:
-    """What runs a planner of this name."""
+    """The function that runs a planner of this name."""
     if name == OURS:
         return run_ours
     if name in OMPL:
@@ -90,11 +90,11 @@ def runner(name: str) -> Callable[[Task], Columns]:
 
 
 def joined(parts: Sequence[Columns]) -> Columns:
-    """Runs one after the other."""
+    """Concatenate runs."""
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def planner_bytes() -> int:
-    """The planner's state and the blocked bits."""
+    """Size of the planner's state and its blocked bits."""
     done = subprocess.run([driver("ours"), "sizes"], capture_output=True, text=True, check=True)
     return sum(map(int, done.stdout.split(",")))

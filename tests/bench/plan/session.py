@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run all planners of a bench on its problems.
+"""Runs all planners of a bench on its problems.
 
 For each seed and family all planners run before the next, so that drift of the machine meets all
 of them.
@@ -37,7 +37,7 @@ Families = Mapping[str, Sequence[Problem]]
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """All on this machine, one after the other."""
+    """A session of runs on this machine, one after the other."""
 
     families: Families
     opponents: Sequence[str]
@@ -48,7 +48,7 @@ class Session:
     """Take what opponents needed in an earlier run on the same problems."""
 
     def run(self, out: Console) -> Results:
-        """Every planner on every problem with every seed."""
+        """Run every planner on every problem with every seed."""
         results = Results()
         parts: dict[str, dict[str, list[Columns]]] = {OURS: {}}
         for seed in range(1, self.seeds + 1):
@@ -69,7 +69,7 @@ class Session:
         return results
 
     def _plan(self, name: str, task: Task, problems: Sequence[Problem]) -> Columns:
-        """One planner on one file, with the optimum of each run beside it."""
+        """Run one planner on one file, with the optimum of each run beside it."""
         columns = run_ours(task) if name == OURS else self._opponent(name, task, problems)
         columns["optimum"] = np.array([problems[int(k)].optimum for k in columns["problem"]])
         return columns
@@ -114,7 +114,7 @@ class Session:
 
 
 def _by_family(parts: Mapping[str, Sequence[Columns]]) -> dict[str, Columns]:
-    """Runs of several seeds as one, and the problems of all families numbered on."""
+    """Merge the runs of several seeds, with problems numbered over all families."""
     numbered: dict[str, Columns] = {}
     before = 0.0
     for family, found in parts.items():

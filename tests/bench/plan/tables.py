@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a run of the planning bench prints."""
+"""The tables that a run of the planning bench prints."""
 
 from __future__ import annotations
 

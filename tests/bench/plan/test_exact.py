@@ -23,7 +23,7 @@ def blocked(cells: Bits, x: int, y: int) -> bool:
 
 
 def touching(at: Fraction) -> set[int]:
-    """The cells along one axis that a coordinate belongs to: two on a border."""
+    """The cells along one axis that contain a coordinate: two on a border."""
     return {math.floor(at), math.ceil(at) - 1}
 
 
@@ -38,7 +38,7 @@ def is_pinch(cells: Bits, x: Fraction, y: Fraction) -> bool:
 
 
 def sees(cells: Bits, a: Point, b: Point) -> bool:
-    """Cut the segment wherever it crosses a line of the lattice; look at each piece's middle."""
+    """Cut the segment at each lattice line, and look at the middle of each piece."""
     cuts = {Fraction(0), Fraction(1)}
     for start, end in zip(a, b, strict=True):
         if start != end:
@@ -57,7 +57,7 @@ def sees(cells: Bits, a: Point, b: Point) -> bool:
 
 
 def slow_optimum(cells: Bits, start: Point, goal: Point) -> float:
-    """Dijkstra over all corners of the lattice at which a way may be."""
+    """Dijkstra's algorithm over all lattice corners at which a path may be."""
     height, width = cells.shape
     corners = [
         (Fraction(x), Fraction(y))
@@ -128,7 +128,7 @@ def test_sight_is_that_of_rational_numbers(
 
 
 def drawn(*rows: str) -> ExactMap:
-    """The first row is y = 0; # is blocked."""
+    """Parse a picture: the first row is y = 0, # is blocked."""
     return ExactMap(np.array([[sign == "#" for sign in row] for row in rows]))
 
 

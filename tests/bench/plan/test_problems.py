@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bench's problems: the same for the same seed, and what they claim to be."""
+"""The bench's problems: the same seed gives the same ones, and they are what they claim to be."""
 
 import math
 from pathlib import Path

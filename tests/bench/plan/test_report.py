@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The arithmetic between the drivers' numbers and the report, and the drivers' own honesty."""
+"""The arithmetic from the drivers' numbers to the report, and checks of the drivers themselves."""
 
 import json
 import math
@@ -34,7 +34,7 @@ INFORMED = "Informed RRT* tuned"
 
 
 def runs(times_s: list[float], **others: float) -> Columns:
-    """Two seeds of each problem, which took the same."""
+    """Runs with two seeds of each problem, which took the same time."""
     count = len(times_s)
     columns = {name: np.array(times_s * 2) for name in figures.TIMES}
     columns["problem"] = np.array(list(range(count)) * 2, float)

@@ -24,7 +24,7 @@ _QUANTILE: Final = 1.96
 
 
 def wilson(count: int, of: int) -> tuple[float, float]:
-    """Bounds of a share that was found to be count of so many (Wilson 1927)."""
+    """Bounds of a share that was counted in so many cases (Wilson 1927)."""
     z2 = _QUANTILE**2 / of
     share = count / of
     middle = share + 0.5 * z2
@@ -33,7 +33,7 @@ def wilson(count: int, of: int) -> tuple[float, float]:
 
 
 def on_chip(seed: int) -> Figures:
-    """One flight on the emulated chip."""
+    """Run one flight on the emulated chip."""
     rng = np.random.default_rng((seed, 200))
     known = make_known(make_home("three", rng), PROFILE, rng)
     flight = lost_flight(plain(known.room), PROFILE, rng)
@@ -93,12 +93,12 @@ def table_of(groups: dict[str, Figures]) -> Table:
 
 
 def _measured(figures: Figures) -> Figures:
-    """Those that there are: JSON has no NaN."""
+    """The figures that are not NaN, since JSON has none."""
     return {name: value for name, value in figures.items() if not math.isnan(value)}
 
 
 def run_reloc(json_file: Path | None, seed: int, kidnappings: int, out: Console) -> bool:
-    """Print the table; True if every check holds. Half as many in each family but homes."""
+    """Print the table; true if every check holds. Families other than homes get half as many."""
     groups: dict[str, Figures] = {}
     nowhere: list[Outcome] = []
     for family in FAMILIES:

@@ -35,7 +35,7 @@ class Drawn:
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """What a lost drone believed, a tick."""
+    """What a lost drone estimated, a row per tick."""
 
     poses: Array
     known: NDArray[np.bool_]
@@ -44,12 +44,12 @@ class Lost:
 
 @cache
 def _library() -> tuple[CData, CData]:
-    """Compiled once a process."""
+    """Compile the library, once per process."""
     return compiled([SLAM, HERE], ["drive", "lost"])
 
 
 def draw(odometry: Array, ranges_m: Array, centre_m: tuple[float, float], cell_m: float) -> Drawn:
-    """Fly the core's SLAM over a whole flight."""
+    """Draw a map: run the core's SLAM over a whole flight."""
     ffi, lib = _library()
     state = ffi.new("drive_t *")
     configs = [
@@ -72,7 +72,7 @@ def draw(odometry: Array, ranges_m: Array, centre_m: tuple[float, float], cell_m
 
 
 def be_lost(drawn: Drawn, odometry: Array, ranges_m: Array, budget: int = BUDGET) -> Lost:
-    """Let the core find itself in a map."""
+    """Run the core's relocalisation in a map."""
     ffi, lib = _library()
     poses, ranges = as_given(odometry, ranges_m)
     said = np.zeros(len(poses), dtype=_SAID)

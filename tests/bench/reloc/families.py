@@ -49,7 +49,7 @@ def _rearranged(one: int) -> _Made:
 
 
 def _unmapped(one: int) -> _Made:
-    """Behind a door that was shut when the home was mapped; now it is open, or still shut."""
+    """Behind a door that was shut while mapping, and is now open or still shut."""
     rng = _rng(one, 30)
     room = make_home(KINDS[1 + one % 2], rng)
     closed, wall_x_m = shut(room)
@@ -64,7 +64,7 @@ def _unmapped(one: int) -> _Made:
 
 
 def _elsewhere(one: int) -> _Made:
-    """In a home that the map has nothing of."""
+    """In a home that the map does not contain."""
     known = _home(one)
 
     def scene(rng: np.random.Generator) -> Scene:
@@ -76,7 +76,7 @@ def _elsewhere(one: int) -> _Made:
 
 
 def _alike(one: int) -> _Made:
-    """Where nobody could be sure."""
+    """In places that cannot be told apart."""
     rng = _rng(one, 100)
     known = make_known(make_alike(ALIKE[one % len(ALIKE)], rng), PROFILE, rng)
     return known, iter([(plain(known.room), rng)])
@@ -95,7 +95,7 @@ NOWHERE: Final = ("unmapped", "elsewhere")
 
 
 def kidnapped(family: str, seed: int, count: int) -> list[Outcome]:
-    """So many kidnappings of a family, from the first seed on."""
+    """So many kidnappings of a family, counting seeds up from the first."""
     found: list[Outcome] = []
     for one in itertools.count(seed):
         if len(found) >= count:

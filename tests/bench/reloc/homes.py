@@ -108,7 +108,7 @@ def shut(room: Room) -> tuple[Room, float]:
 
 
 def _moved(piece: Block, room: Room, others: list[Block], rng: np.random.Generator) -> Block:
-    """The piece at a place that is free, or where it was."""
+    """Move the piece to a random free place, or leave it if there is none."""
     half = 0.5 * np.array([piece.wide_m, piece.deep_m])
     for _ in range(40):
         x, y = rng.uniform(half, np.array(room.size_m) - half)
@@ -123,7 +123,7 @@ def _moved(piece: Block, room: Room, others: list[Block], rng: np.random.Generat
 
 
 def rearranged(room: Room, share: float, rng: np.random.Generator) -> Room:
-    """The home with about that share of its furniture elsewhere."""
+    """The home with about this share of its furniture moved."""
     blocks = list(room.blocks)
     for i, piece in enumerate(blocks):
         is_wall = min(piece.wide_m, piece.deep_m) < 1.1 * _WALL_M

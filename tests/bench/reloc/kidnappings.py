@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A map from an earlier flight, a drone put down somewhere in it, and what it finds."""
+"""A map from an earlier flight, a drone put down somewhere in it, and the pose that it finds."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _WOBBLES: Final = ((0.015, 0.8), (0.015, 0.8), (math.radians(1.0), 0.6))
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """A room with its map, and where the map has what."""
+    """A room with its map, and how the map lies in the room."""
 
     room: Room
     drawn: Drawn
@@ -65,7 +65,7 @@ class Known:
 
 
 def _fit(a: Array, b: Array) -> tuple[float, Array]:
-    """The turn that brings points a onto b, both about their middles."""
+    """The rotation that fits points a to b, both about their centroids."""
     a, b = a - a.mean(axis=0), b - b.mean(axis=0)
     across = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()
     angle = math.atan2(across, (a * b).sum())
@@ -74,7 +74,7 @@ def _fit(a: Array, b: Array) -> tuple[float, Array]:
 
 
 def make_known(room: Room, profile: str, rng: np.random.Generator) -> Known:
-    """Let the core draw the room in a flight of some minutes."""
+    """Let the core map the room in a flight of some minutes."""
     poses = drone_route(room, rng.uniform(*_MAPPING_S), rng)
     ranges_m = publish(Rangers(Sensor(), room.walls, rng), poses, [], rng)
     odometry = drifting(poses, profile, rng)
@@ -153,7 +153,7 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Where a drone is put down."""
+    """Where the drone is put down."""
 
     room: Room
     """As it is now."""
@@ -165,13 +165,13 @@ class Scene:
 
 
 def plain(room: Room) -> Scene:
-    """Anywhere in a room that is as it was."""
+    """A scene anywhere in an unchanged room."""
     return Scene(room, Lattice(room).points)
 
 
 @dataclass(frozen=True, slots=True)
 class LostFlight:
-    """What a lost drone is given, a row a tick, and the truth in the room's frame."""
+    """The inputs of a lost drone, a row per tick, and the truth in the room's frame."""
 
     truth: Array
     odometry: Array
@@ -179,7 +179,7 @@ class LostFlight:
 
 
 def lost_flight(scene: Scene, profile: str, rng: np.random.Generator) -> LostFlight:
-    """Put the drone down somewhere in the scene."""
+    """Put the drone down somewhere in the scene and fly."""
     rangers = Rangers(Sensor(), scene.room.walls, rng)
     start = scene.places[rng.integers(len(scene.places))]
     poses = lost_route(scene.room, start, LIMIT_S, rangers, rng)
@@ -189,7 +189,7 @@ def lost_flight(scene: Scene, profile: str, rng: np.random.Generator) -> LostFli
 
 
 def kidnap(known: Known, scene: Scene, profile: str, rng: np.random.Generator) -> Outcome:
-    """What the core finds in such a flight, by the map of what it knows."""
+    """Run the core on such a flight, with the map of the known room."""
     flight = lost_flight(scene, profile, rng)
     lost = be_lost(known.drawn, flight.odometry, flight.ranges_m, BUDGET)
     moments = np.flatnonzero(lost.sure)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A lost drone's flight on the emulated Cortex-M4F: what a slice costs there."""
+"""A lost drone's flight on the emulated Cortex-M4F: the cost of a slice there."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PROGRAM: Final = Program(
 
 
 def packed(grid: CData, odometry: Array, ranges_m: Array, budget: int = BUDGET) -> bytes:
-    """The first ticks of a flight, as chip_lost.c reads them."""
+    """The first ticks of a flight, in the format of chip_lost.c."""
     ticks = min(TICKS, len(odometry))
     cells = np.array(list(grid.cells), dtype="<u4").tobytes()
     half_m = 64.0 * grid.cell_m

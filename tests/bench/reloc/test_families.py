@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bench of relocalisation: homes are drawn, and drones set down in them look for themselves."""
+"""The relocalisation bench: homes are drawn, and drones put down in them find their place."""
 
 from tests.bench.reloc.families import kidnapped
 

@@ -25,7 +25,7 @@ _CHUNK: Final = 512
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """How the rangers see; the noise is drawn from its range once a flight and beam."""
+    """Properties of the rangers; noise is drawn from its range once per flight and beam."""
 
     cone_half_deg: float = 10.0
     noise_relative: tuple[float, float] = (0.01, 0.02)
@@ -33,7 +33,7 @@ class Sensor:
 
 
 def _to_walls(x: Array, y: Array, c: Array, s: Array, walls: Array) -> tuple[Array, Array, Array]:
-    """Distance along each ray to its wall, which one, and the cosine of the incidence."""
+    """For each ray: distance to its wall, the wall, and the cosine of incidence."""
     ax, ay = walls[:, 0] - x[:, None], walls[:, 1] - y[:, None]
     ex, ey = walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1]
     cross = c[:, None] * ey - s[:, None] * ex
@@ -47,7 +47,7 @@ def _to_walls(x: Array, y: Array, c: Array, s: Array, walls: Array) -> tuple[Arr
 
 
 def _to_person(x: Array, y: Array, c: Array, s: Array, person: Array) -> Array:
-    """Distance along each ray to a disc around the person's place of that moment."""
+    """Distance along each ray to a disc at the person's place at that moment."""
     dx, dy = person[:, 0] - x, person[:, 1] - y
     ahead, aside = dx * c + dy * s, dy * c - dx * s
     reach = np.sqrt(np.maximum(PERSON_RADIUS_M**2 - aside**2, 0.0))
@@ -70,7 +70,7 @@ class Rangers:
         self.stretch = float((returned / np.cos(self.off_rad)).sum() / returned.sum())
 
     def _cones(self, poses: Array, people: list[Array]) -> tuple[Array, Array]:
-        """Nearest strong return and its signal, of all beams of some poses."""
+        """Nearest strong return of each beam at some poses, and its signal."""
         axis = (poses[:, 2:3] + BEARINGS_RAD).reshape(-1)
         angle = (axis[:, None] + self.off_rad).reshape(-1)
         c, s = np.cos(angle), np.sin(angle)
@@ -92,7 +92,7 @@ class Rangers:
         return echo(distance.reshape(shape), strength)
 
     def measure(self, poses: Array, people: list[Array]) -> Array:
-        """Ranges of each pose, NONE_M where nothing answers; people are as many places each."""
+        """Ranges at each pose, NONE_M without return; `people` gives a place per pose."""
         parts = [
             self._cones(poses[i : i + _CHUNK], [person[i : i + _CHUNK] for person in people])
             for i in range(0, len(poses), _CHUNK)
@@ -103,7 +103,7 @@ class Rangers:
         return self._report(range_m, signal)
 
     def _report(self, range_m: Array, signal: Array) -> Array:
-        """Noise, false short returns, misses, whole millimetres."""
+        """Add noise, false short returns and misses; round to millimetres."""
         luck = self.rng.random((3, *range_m.shape))
         bounded_m = np.minimum(range_m, 2.0 * MAX_RANGE_M)
         noise_m = np.maximum(self.relative * bounded_m, _NOISE_MIN_M)

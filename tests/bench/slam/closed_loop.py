@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Flying for minutes on the pose that the drone itself believes: goal after goal, all rooms.
+"""Flights of minutes on the drone's own pose estimate: goal after goal, through all rooms.
 
 The simulated Crazyflie runs the app; commands and logs pass as packets of its radio; truth is only
 looked at afterwards. With `way.slam` 0 the same goals are flown by odometry alone.
@@ -12,9 +12,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from ground.core import MissionReason
-from ground.demo import map_error_m
-from ground.map import GroundMap
+from ground.cli.demo import map_error_m
+from ground.core import MissionCmd, MissionReason
+from ground.map.groundmap import GroundMap
 from ground.model import Point
 from ground.sim.footprints import Array
 from ground.sim.pilot import Pilot
@@ -42,7 +42,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """One goal: what the drone made of it by its own account, and when [s]."""
+    """One goal: what the drone reported about it, and when [s]."""
 
     goal: Point
     arrived: bool
@@ -65,12 +65,12 @@ class Flown:
 
     @property
     def errors_m(self) -> Array:
-        """How far the believed pose is off, over time."""
+        """Error of the estimated pose over time."""
         return np.asarray(np.hypot(*(self.believed - self.true)[:, 1:].T))
 
     @property
     def aligned_errors_m(self) -> Array:
-        """The same after the rigid motion that fits best: a map that is turned as a whole."""
+        """The error after the best rigid fit, which removes a rotation of the whole map."""
         believed, true = (
             poses[:, 1:] - poses[:, 1:].mean(axis=0) for poses in (self.believed, self.true)
         )
@@ -81,36 +81,37 @@ class Flown:
 
     @property
     def lost(self) -> bool:
-        """For a twentieth of the time it is elsewhere in its own map."""
+        """Whether the drone was elsewhere in its own map for at least a twentieth of the time."""
         return bool(np.percentile(self.aligned_errors_m, 95) > LOST_M)
 
     @property
     def arrived(self) -> int:
-        """Goals that the drone says it reached."""
+        """Goals that the drone reported as reached."""
         return sum(leg.arrived for leg in self.legs)
 
     @property
     def truly_there(self) -> int:
-        """Those of them where it really was."""
+        """Those goals at which it truly was."""
         near = self.leg_errors_m <= THERE_M
         return sum(leg.arrived and bool(there) for leg, there in zip(self.legs, near, strict=True))
 
 
 def fly_closed(plan: Plan) -> Flown:
-    """Fly it, and hold it against the truth."""
+    """Fly in closed loop and compare with the truth."""
     endurance_s = 90 * plan.minutes + 120  # more than a real cell has
     options = Options(plan.seed, plan.profile, endurance_s, keep_trail=True)
     pilot = Pilot(load_world(plan.world), options)
     pilot.set_parameter("way.slam", plan.slam)
     legs: list[Leg] = []
     wanted = goals(load_world(plan.world), plan.seed)
-    reason = pilot.take_off()
+    reason = pilot.fly(MissionCmd.TAKE_OFF).reason
     end_s = pilot.time_s + 60 * plan.minutes
     while pilot.time_s < end_s and reason not in _GROUNDED:
         goal = next(wanted)
-        arrived, reason, sentence = pilot.go_to(goal)
-        legs.append(Leg(goal, arrived, sentence, pilot.time_s))
-        if not arrived:
+        outcome = pilot.fly(MissionCmd.GOTO, goal)
+        reason = outcome.reason
+        legs.append(Leg(goal, outcome.reached, outcome.sentence, pilot.time_s))
+        if not outcome.reached:
             pilot.rest(_PAUSE_S)
     pilot.land()
     pilot.fetch_map()

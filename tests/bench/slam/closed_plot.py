@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of flights in closed loop: truth, belief and map, and the error over time."""
+"""Plots of closed-loop flights: truth, estimate and map, and the error over time."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _draw_room(panel: Axes, flown: Flown, world: World) -> None:
 
 
 def plot_flights(flights: Sequence[Flown], path: Path) -> None:
-    """A column a flight."""
+    """Plot the flights, one column each."""
     path.parent.mkdir(parents=True, exist_ok=True)
     figure, axes = plt.subplots(
         2,

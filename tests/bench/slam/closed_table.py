@@ -16,7 +16,7 @@ from rich.table import Table
 
 from ground.checks import Check, write_report
 from ground.progress import waiting
-from ground.sim.estimator import PROFILES
+from ground.sim.profiles import PROFILES
 from tests.bench.slam.closed_loop import Flown, Plan, fly_closed
 from tests.bench.slam.closed_plot import plot_flights
 
@@ -33,7 +33,7 @@ Figures = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """What to fly, and where pictures of the first flights go."""
+    """What to fly, and where to write plots of the first flights."""
 
     groups: Sequence[str] = SHOWN
     seed: int = FIRST_SEED
@@ -72,7 +72,7 @@ def summary(flights: Sequence[Flown]) -> Figures:
 
 
 def table_of(figures: dict[str, dict[str, Figures]]) -> Table:
-    """A line for each profile and mode; errors of the believed pose and of the map in metres."""
+    """A line per profile and mode; errors of estimated pose and map in metres."""
     table = Table("", "touches", "goals", "there", "lost", "error", "max", "aligned", "map")
     keys = ("error_median_m", "error_max_m", "aligned_median_m", "map_error_m")
     for profile, modes in figures.items():
@@ -89,7 +89,7 @@ def table_of(figures: dict[str, dict[str, Figures]]) -> Table:
 
 
 def checks_of(figures: dict[str, dict[str, Figures]]) -> list[Check]:
-    """Nothing is touched, no flight is lost; by odometry alone they would be."""
+    """Checks: no contact and no lost flight; by odometry alone flights would get lost."""
     return [
         check
         for profile, modes in figures.items()
@@ -110,7 +110,7 @@ def checks_of(figures: dict[str, dict[str, Figures]]) -> list[Check]:
 
 
 def sentence(flown: Flown) -> str:
-    """What came of a flight, in a line; with the same seed it can be flown again."""
+    """The result of a flight in one line, with the seed to fly it again."""
     plan = flown.plan
     said = [f"{flown.truly_there} of {len(flown.legs)} goals"]
     said += [f"{touch['time_s']:.0f} s: touched {touch['obstacle']}" for touch in flown.touches]

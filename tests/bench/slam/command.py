@@ -83,7 +83,7 @@ def groups(wanted: Iterable[str]) -> dict[str, tuple[str, Variant]]:
 
 
 def table_of(figures: dict[str, Figures]) -> Table:
-    """A line for each group; metres but for shares and the ratio."""
+    """A line per group; in metres, except for shares and the ratio."""
     errors = ("aligned", "p90", "max", "raw", "odom", "ratio", "worse")
     table = Table("group", "n", *errors, "2 sd", "map", padding=0)
     for name, row in figures.items():
@@ -125,7 +125,7 @@ class Wanted:
 
 
 def fly_groups(wanted: Wanted, method: Method, out: Console) -> dict[str, Figures]:
-    """Every group by one method; stress variants get half as many flights."""
+    """Fly every group by one method; stress variants get half as many flights."""
     figures = {}
     for name, (profile, variant) in groups(wanted.groups).items():
         count = wanted.flights if variant is PLAIN else max(1, wanted.flights // 2)
@@ -142,7 +142,7 @@ def fly_groups(wanted: Wanted, method: Method, out: Console) -> dict[str, Figure
 
 
 def judge_recorded(path: Path, out: Console) -> dict[str, float]:
-    """Held-out columns of a recorded flight, by the core and by its odometry."""
+    """Judge a recorded flight by its held-out columns: the core against its odometry."""
     judged = judge(path)
     for name, crisp in judged.items():
         out.print(
@@ -154,7 +154,7 @@ def judge_recorded(path: Path, out: Console) -> dict[str, float]:
 
 
 def race(folder: Path, seed: int, out: Console) -> dict[str, float]:
-    """Updates a second against CrazySLAM's."""
+    """Updates per second compared with CrazySLAM's."""
     found = peer.compare(folder, seed)
     out.print(
         f"updates a second with {peer.BEAMS} beams: {found['ours_hz']:,.0f} here, "

@@ -39,7 +39,7 @@ SAID = np.dtype(
 
 @dataclass(frozen=True, slots=True)
 class Driven:
-    """What the core made of a flight."""
+    """The core's estimates for a flight."""
 
     poses: Array
     """x, y, yaw a tick, known in that tick."""
@@ -53,7 +53,7 @@ class Driven:
 
 
 def compiled(folders: Sequence[Path], sources: Sequence[str]) -> tuple[CData, CData]:
-    """ffi and the functions of the core with these sources, that have headers of their names."""
+    """Compile these sources of the core, with their headers, and return ffi and functions."""
     folder = Path(tempfile.mkdtemp(prefix="wayflie-drive-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     target = folder / "drive.so"
@@ -70,7 +70,7 @@ def compiled(folders: Sequence[Path], sources: Sequence[str]) -> tuple[CData, CD
 
 
 def as_given(odometry: Array, ranges_m: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Poses and sets of SCAN_RANGES as the C loops take them; nothing is above."""
+    """Poses and sets of SCAN_RANGES as the C loops take them; the range upwards is none."""
     ranges = np.hstack([ranges_m, np.full((len(odometry), 1), _UP_M)])
     return (
         np.ascontiguousarray(odometry, dtype=np.float32),
@@ -80,7 +80,7 @@ def as_given(odometry: Array, ranges_m: Array) -> tuple[NDArray[np.float32], NDA
 
 @cache
 def _library() -> tuple[CData, CData]:
-    """Compiled once a process."""
+    """Compile the library, once per process."""
     return compiled([HERE], ["drive", "particles"])
 
 
@@ -92,7 +92,7 @@ def _configured(default: CData, changes: Mapping[str, float]) -> CData:
 
 
 def _occupied(ffi: CData, lib: CData, grid: CData) -> Array:
-    """The obstacle point of each occupied cell, its middle where it has none."""
+    """The obstacle point of each occupied cell, or its centre without one."""
     point = ffi.new("vec2_t *")
     found = []
     for iy in range(lib.GRID_SIDE_CELLS):
@@ -115,7 +115,7 @@ def drive(
     scan: Mapping[str, float] | None = None,
     slam: Mapping[str, float] | None = None,
 ) -> Driven:
-    """Fly the core, or the particle filter, through a flight; scan and slam change the defaults."""
+    """Run the core, or the particle filter, on a flight; `scan` and `slam` change the defaults."""
     ffi, lib = _library()
     ticks = len(odometry)
     poses, ranges = as_given(odometry, ranges_m)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Simulated flights of three to six minutes: what the core is given, and the truth beside it."""
+"""Simulated flights of three to six minutes: the core's inputs, and the truth for comparison."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from tests.bench.slam.odometry import drifting
 from tests.bench.slam.rooms import KINDS, Array, Room, make_room
 from tests.bench.slam.routes import drone_route, walker_route
 
+LENGTH_S: Final = (180.0, 360.0)
+"""Shortest and longest flight."""
 STEPS_PER_TICK: Final = 2
 """Sensors live in steps of 10 ms, the core in ticks of 20 ms."""
 
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """A way in which a flight is made harder."""
+    """A way of making a flight harder."""
 
     name: str
     sensor: Sensor = field(default_factory=Sensor)
@@ -40,7 +42,7 @@ STRESS: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """One flight. Poses are x, y, yaw a tick; truth and walls in the frame of the first pose."""
+    """One flight, a pose (x, y, yaw) per tick; truth and walls in the frame of the first pose."""
 
     name: str
     kind: str
@@ -54,7 +56,7 @@ class Flight:
 
 
 def _sheared(room: Room, poses: Array, shear_deg: float) -> tuple[Array, Array]:
-    """Walls and poses of a room whose walls are that far off square."""
+    """Walls and poses of a room sheared by this much."""
     slope = math.tan(math.radians(shear_deg))
     walls, moved = room.walls.copy(), poses.copy()
     walls[:, 0] += slope * walls[:, 1]
@@ -64,7 +66,7 @@ def _sheared(room: Room, poses: Array, shear_deg: float) -> tuple[Array, Array]:
 
 
 def publish(rangers: Rangers, poses: Array, people: list[Array], rng: np.random.Generator) -> Array:
-    """A new set every 100 ms, measured 70 to 90 ms earlier, noticed up to a tick late."""
+    """A new set every 100 ms, measured 70 to 90 ms earlier, seen up to a tick late."""
     ticks = len(poses)
     period = RANGE_PERIOD_STEPS // STEPS_PER_TICK
     shown = np.arange(int(rng.integers(period)), ticks, period)
@@ -83,7 +85,7 @@ def publish(rangers: Rangers, poses: Array, people: list[Array], rng: np.random.
 
 
 def _into_first_pose(poses: Array, walls: Array) -> tuple[Array, Array]:
-    """The same in the frame of the first pose, where the core's map begins."""
+    """Convert to the frame of the first pose, where the core's map begins."""
     x, y, yaw = poses[0]
     c, s = math.cos(yaw), math.sin(yaw)
     turn = np.array([[c, -s], [s, c]])
@@ -93,7 +95,7 @@ def _into_first_pose(poses: Array, walls: Array) -> tuple[Array, Array]:
 
 
 def _cell_m(walls: Array) -> tuple[float, tuple[float, float]]:
-    """Width of a cell that lets the grid hold the room, at least 5 cm, and the room's middle."""
+    """Cell size (at least 5 cm) with which the grid holds the room, and the room's centre."""
     corners = walls.reshape(-1, 2)
     low, high = corners.min(axis=0), corners.max(axis=0)
     wide_m = float((high - low).max()) + 0.5
@@ -102,11 +104,11 @@ def _cell_m(walls: Array) -> tuple[float, tuple[float, float]]:
 
 
 def make_flight(seed: int, profile: str, variant: Variant = PLAIN) -> Flight:
-    """The flight of this seed; profile and variant leave room and route as they are."""
+    """The flight with this seed; profile and variant do not change room and route."""
     worlds, faults, drift = (np.random.default_rng((seed, part)) for part in range(3))
     kind = KINDS[seed % len(KINDS)]
     room = make_room(kind, worlds)
-    poses = drone_route(room, worlds.uniform(180.0, 360.0), worlds)
+    poses = drone_route(room, worlds.uniform(*LENGTH_S), worlds)
     people = [walker_route(room, len(poses), poses, faults) for _ in range(variant.people)]
     walls, poses = _sheared(room, poses, variant.shear_deg)
     rangers = Rangers(variant.sensor, walls, faults)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Goals that a drone can reach, one after the other, drawn from the true world."""
+"""Goals that a drone can reach, drawn one after the other from the true world."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _APART_M: Final = 1.5
 
 
 def _places(world: World) -> tuple[Array, Array]:
-    """A lattice of world points within the outer walls, and how far each is from any surface."""
+    """A lattice of world points within the outer walls, and the distance of each to a surface."""
     places = world.footprints
     standing = places.bottom_m < _HEIGHTS_M[-1]
     low = places.center_m[standing].min(axis=0)
@@ -37,7 +37,7 @@ def _places(world: World) -> tuple[Array, Array]:
 
 
 def goals(world: World, seed: int) -> Iterator[Point]:
-    """Points of the map frame, for ever, each well away from the one before and from walls."""
+    """An endless series of goals in the map frame, each far from the last one and from walls."""
     points, gap_m = _places(world)
     gap_to_start = np.hypot(*(points[..., i] - world.spec.start_m[i] for i in (0, 1)))
     start = np.unravel_index(np.argmin(gap_to_start), gap_to_start.shape)

@@ -8,13 +8,13 @@ import math
 import numpy as np
 from scipy.signal import lfilter
 
-from ground.sim.estimator import PROFILES
+from ground.sim.profiles import PROFILES
 from tests.bench.slam.rooms import Array
 from tests.bench.slam.routes import TICK_S
 
 
 def _wander(ticks: int, sigma: float, tau_s: float, rng: np.random.Generator) -> Array:
-    """As ground.sim.noise.Wander: starts anywhere it could be."""
+    """As ground.sim.noise.Wander: starts in its steady state."""
     keep = math.exp(-TICK_S / tau_s)
     kicks = rng.standard_normal(ticks) * sigma * math.sqrt(1.0 - keep * keep)
     values: Array = lfilter([1.0], [1.0, -keep], kicks, zi=[keep * sigma * rng.standard_normal()])[
@@ -33,7 +33,7 @@ def body_steps(poses: Array) -> Array:
 
 
 def add_up(steps: Array, start: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
-    """Poses that these steps lead to."""
+    """Integrate steps to poses."""
     yaw = start[2] + np.concatenate([[0.0], np.cumsum(steps[:, 2])])
     c, s = np.cos(yaw[:-1]), np.sin(yaw[:-1])
     x = start[0] + np.concatenate([[0.0], np.cumsum(c * steps[:, 0] - s * steps[:, 1])])

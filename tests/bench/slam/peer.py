@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How many updates a second: the core against CrazySLAM's Python, on the same sets of ranges.
+"""Updates per second: the core against CrazySLAM's Python, on the same sets of ranges.
 
 CrazySLAM (github.com/khazit/CrazySLAM) is not part of this project: a checkout is named on the
 command line, and scikit-image must be installed for it. An update is one set of four ranges with
@@ -49,13 +49,13 @@ _PROGRAM: Final = Program(
 
 
 def set_ticks(ranges_m: Array) -> NDArray[np.intp]:
-    """Ticks in which a new set of ranges shows."""
+    """Ticks at which a new set of ranges arrives."""
     changed = np.any(np.diff(ranges_m, axis=0) != 0.0, axis=1)
     return np.flatnonzero(changed) + 1
 
 
 def _agent(folder: Path, flight: Flight) -> Any:  # noqa: ANN401
-    """CrazySLAM's, with a map as wide and as fine as ours."""
+    """CrazySLAM's agent, with a map as large and as fine as ours."""
     sys.path.insert(0, str(folder))
     try:
         slam = importlib.import_module("crazyslam.slam")
@@ -76,7 +76,7 @@ def _agent(folder: Path, flight: Flight) -> Any:  # noqa: ANN401
 
 
 def _peer_updates(folder: Path, flight: Flight, first: int) -> Callable[[], int]:
-    """Its updates over some sets of the flight; its y axis points to the other side."""
+    """Its updates over some sets of the flight; its y axis points the other way."""
     ticks = set_ticks(flight.ranges_m)[first : first + _PEER_SETS]
     poses = flight.odometry[ticks] * (1.0, -1.0, 1.0)
     ranges_m = np.where(flight.ranges_m[ticks] > 0, flight.ranges_m[ticks], _FAR_M)
@@ -100,14 +100,14 @@ def _our_updates(flight: Flight) -> Callable[[], int]:
 
 
 def _rate_hz(run: Callable[[], int]) -> float:
-    """Updates a second of this thread's processor time."""
+    """Updates per second of this thread's processor time."""
     begin_s = time.thread_time()
     count = run()
     return count / (time.thread_time() - begin_s)
 
 
 def chip_figures(flight: Flight) -> dict[str, float]:
-    """The first fifteen seconds of it on the emulated chip: cycles of an update, and the rate."""
+    """The first 15 s on the emulated chip: cycles of an update, and the rate."""
     ticks = min(_CHIP_TICKS, len(flight.odometry))
     up = np.full((ticks, 1), -1.0)
     data = b"".join(
@@ -127,7 +127,7 @@ def chip_figures(flight: Flight) -> dict[str, float]:
 
 
 def compare(folder: Path, seed: int) -> dict[str, float]:
-    """Both in turns on one flight, so that a busy machine is busy for both; medians."""
+    """Run both alternately on one flight, so that load affects both; compare medians."""
     flight = make_flight(seed, "real")
     ours = _our_updates(flight)
     ours()  # compiles

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A recorded flight without ground truth: how crisp is the map of columns that SLAM did not see?
+"""A recorded flight without ground truth: how sharply do beams unseen by SLAM draw the map?
 
 The file holds `odometry` (N x 3: m, m, rad) and `tof_mm` (N x 4 x 8: front, back, left, right;
 eight columns of 45/8 degrees, negative where invalid). The two middle columns stand for a beam of
@@ -42,7 +42,7 @@ class Crispness:
 
 
 def held_out_points(poses: Array, tof_mm: Array) -> tuple[Array, Array]:
-    """Where the held-out columns saw something, and in which sample."""
+    """What the held-out columns saw, and in which sample."""
     points, samples = [], []
     for sensor, bearing in enumerate(BEARINGS_RAD):
         for column in _HELD_OUT:
@@ -60,7 +60,7 @@ def held_out_points(poses: Array, tof_mm: Array) -> tuple[Array, Array]:
 
 
 def crispness(poses: Array, tof_mm: Array) -> Crispness:
-    """Judge the poses of all samples."""
+    """Compute the crispness for poses of all samples."""
     points, samples = held_out_points(poses, tof_mm)
     cells = np.floor(points / _CELL_M).astype(int)
     counts = np.sort(np.unique(cells, axis=0, return_counts=True)[1])[::-1]
@@ -79,7 +79,7 @@ def _beams(tof_mm: Array) -> Array:
 
 
 def slam_poses(odometry: Array, tof_mm: Array) -> Array:
-    """Causal pose of each sample, by the core; in the frame of the odometry."""
+    """The core's pose of each sample, without hindsight, in the odometry frame."""
     count = len(odometry)
     at_s = np.arange(count) / SAMPLE_HZ
     ticks_s = np.arange(0.0, at_s[-1] + 1.0, TICK_MS / 1000.0)
@@ -101,7 +101,7 @@ def slam_poses(odometry: Array, tof_mm: Array) -> Array:
 
 
 def judge(path: Path) -> dict[str, Crispness]:
-    """Held-out columns by the odometry alone and by the core."""
+    """Judge the held-out columns with odometry alone and with the core."""
     with np.load(path) as recorded:
         odometry = recorded["odometry"].astype(float)
         tof_mm = recorded["tof_mm"].astype(float)

@@ -38,7 +38,7 @@ class Block:
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """Walls as segments (rows x0 y0 x1 y1), and the outline that nothing leaves."""
+    """Walls as segments (rows x0 y0 x1 y1), and the outline that encloses everything."""
 
     kind: str
     walls: Array

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where somebody goes in a room for some minutes: a drone that looks at all of it, or people."""
+"""Paths through a room over some minutes: of a drone that looks at all of it, or of people."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 class Lattice:
-    """Places of a room that are clear of walls, and the ways between neighbours."""
+    """Places of a room that are clear of walls, and the paths between neighbours."""
 
     def __init__(self, room: Room, clear_m: float = _CLEAR_M) -> None:
         self.room, self.clear_m = room, clear_m
@@ -53,20 +53,20 @@ class Lattice:
         return coo_matrix(entries, shape=(count, count)).tocsr()
 
     def clear(self, a: Array, b: Array) -> bool:
-        """The straight way from a to b stays clear of walls."""
+        """Whether the straight path from a to b stays clear of walls."""
         steps = max(2, int(np.hypot(*(b - a)) / 0.05))
         between = a + np.linspace(0.0, 1.0, steps)[:, None] * (b - a)
         return bool((gap_m(self.room.walls, between) > self.clear_m - 0.01).all())
 
     def far(self, here: int) -> tuple[Array, NDArray[np.int32]]:
-        """Distance from here to everywhere, and the step before on each way."""
+        """Distance from here to every place, and the previous step on each path."""
         distance, before = dijkstra(
             self.ways, directed=False, indices=here, return_predecessors=True
         )
         return distance, before
 
     def way(self, before: NDArray[np.int32], goal: int) -> list[Array]:
-        """Corners of the way to the goal, pulled straight."""
+        """Corners of the path to the goal, pulled taut."""
         chain = [goal]
         while before[chain[-1]] >= 0:
             chain.append(int(before[chain[-1]]))
@@ -83,7 +83,7 @@ class Lattice:
 
 @dataclass
 class Traveller:
-    """Collects a pose a tick."""
+    """Collects a pose per tick."""
 
     x_m: float
     y_m: float
@@ -95,7 +95,7 @@ class Traveller:
         self.poses += [(self.x_m, self.y_m, self.yaw_rad)] * round(seconds / TICK_S)
 
     def turn(self, angle_rad: float, rate_dps: float) -> None:
-        """Smoothly begun and ended."""
+        """Turn, with a smooth start and end."""
         ticks = max(1, round(abs(angle_rad) / math.radians(rate_dps) / TICK_S))
         share = np.arange(1, ticks + 1) / ticks
         turned = self.yaw_rad + angle_rad * share * share * (3.0 - 2.0 * share)
@@ -109,7 +109,7 @@ class Traveller:
             self.turn(off, rate_dps)
 
     def go(self, to: Array) -> None:
-        """Straight, from rest to rest."""
+        """Fly straight, from rest to rest."""
         dx, dy = float(to[0]) - self.x_m, float(to[1]) - self.y_m
         length = math.hypot(dx, dy)
         if length < 1e-6:
@@ -125,7 +125,7 @@ class Traveller:
 
 
 def wobble(ticks: int, sigma: float, tau_s: float, rng: np.random.Generator) -> Array:
-    """What remains of gusts and control: an Ornstein-Uhlenbeck process."""
+    """The motion that remains of gusts and control: an Ornstein-Uhlenbeck process."""
     keep = math.exp(-TICK_S / tau_s)
     kicks = rng.standard_normal(ticks) * sigma * math.sqrt(1.0 - keep * keep)
     wobble: Array = lfilter([1.0], [1.0, -keep], kicks)
@@ -133,7 +133,7 @@ def wobble(ticks: int, sigma: float, tau_s: float, rng: np.random.Generator) -> 
 
 
 def drone_route(room: Room, seconds: float, rng: np.random.Generator) -> Array:
-    """Poses (x, y, yaw) a tick: to places not yet seen, near ones first, and over again."""
+    """Poses (x, y, yaw) per tick: to unseen places, nearest first, then again."""
     lattice = Lattice(room)
     count = len(lattice.points)
     facing = bool(rng.random() < 0.5)
@@ -167,7 +167,7 @@ def drone_route(room: Room, seconds: float, rng: np.random.Generator) -> Array:
 
 
 def walker_route(room: Room, ticks: int, drone: Array, rng: np.random.Generator) -> Array:
-    """Places (x, y) a tick of somebody who walks about and waits where the drone is near."""
+    """Places (x, y) per tick of a person who walks about, and waits while the drone is near."""
     lattice = Lattice(room, 0.3)
     here = int(np.hypot(*(lattice.points - drone[0, :2]).T).argmax())
     walker = Traveller(*lattice.points[here], 0.0, rng.uniform(0.5, 1.0))

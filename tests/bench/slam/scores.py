@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far a flight's poses and map are off: absolute trajectory error by evo, distance to walls."""
+"""Errors of a flight's poses and map: absolute trajectory error by evo, distance to walls."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _EVERY_TICKS: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """Absolute trajectory error: root of the mean square over a flight."""
+    """Absolute trajectory error: root mean square over a flight."""
 
     raw_m: float
     """As the frames stand: they agree at the start."""
@@ -47,12 +47,12 @@ class Score:
 
     @property
     def ratio(self) -> float:
-        """Times that the aligned error is less than the odometry's."""
+        """How many times smaller the aligned error is than the odometry's."""
         return self.odometry.aligned_m / max(self.slam.aligned_m, 1e-6)
 
 
 def trajectory(poses: Array) -> PoseTrajectory3D:
-    """Poses (x, y, yaw) a tick, as evo holds them."""
+    """Poses (x, y, yaw) per tick as an evo trajectory."""
     kept = poses[::_EVERY_TICKS]
     zero = np.zeros(len(kept))
     half = 0.5 * kept[:, 2]
@@ -78,13 +78,13 @@ def errors(truth: Array, estimate: Array) -> Errors:
 
 
 def honesty(truth: Array, driven: Driven) -> float:
-    """How often the error is what the pose's own deviation lets expect: 0.95 if it is normal."""
+    """Share of errors within what the pose's own deviation predicts: 0.95 if it is right."""
     off_m = np.abs(driven.poses[::_EVERY_TICKS, :2] - truth[::_EVERY_TICKS, :2])
     return float((off_m < 2.0 * driven.sd_m[::_EVERY_TICKS, None]).mean())
 
 
 def score(flight: Flight, driven: Driven) -> Score:
-    """What the core's poses and map are worth."""
+    """Score the core's poses and map."""
     occupied = driven.occupied
     return Score(
         flight.name,
@@ -98,6 +98,6 @@ def score(flight: Flight, driven: Driven) -> Score:
 
 
 def fly(flight: Flight, method: Method = "slam") -> Score:
-    """Drive the core, or what it is compared with, through the flight and judge it."""
+    """Run the core, or its competitor, on the flight and score it."""
     made = drive(flight.odometry, flight.ranges_m, flight.centre_m, flight.cell_m, method=method)
     return score(flight, made)

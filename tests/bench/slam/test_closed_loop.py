@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The drone flies from room to room on the pose that it corrects itself; odometry would be lost."""
+"""The drone flies from room to room on its corrected pose, where odometry would get lost."""
 
 import math
 from itertools import islice, pairwise
@@ -7,7 +7,7 @@ from itertools import islice, pairwise
 import numpy as np
 import pytest
 
-from ground.map import GroundMap
+from ground.map.groundmap import GroundMap
 from ground.model import Point
 from ground.sim.footprints import Array
 from ground.sim.world import load_world
@@ -20,7 +20,7 @@ MINUTES = 2.5
 
 @pytest.fixture(scope="module")
 def flights() -> dict[int, Flown]:
-    """The same goals under the same drift, by `way.slam`."""
+    """The same goals with the same drift, by value of `way.slam`."""
     return {slam: fly_closed(Plan("hard", slam, seed=6, minutes=MINUTES)) for slam in (0, 1)}
 
 
@@ -48,7 +48,7 @@ def test_by_odometry_alone_it_is_several_times_as_far_off(flights: dict[int, Flo
 
 
 def flown(believed: Array, true: Array) -> Flown:
-    """Two goals, both reached by the drone's own account, one of them truly."""
+    """A flight with two goals, both reached by the drone's own account, one truly."""
     legs = tuple(Leg(Point(1.0, 0.0), True, "arrived", end_s) for end_s in (10.0, 20.0))
     errors_m = np.array([0.1, 0.7])
     touch = {"time_s": 12.3, "obstacle": "bed"}
@@ -57,7 +57,7 @@ def flown(believed: Array, true: Array) -> Flown:
 
 
 def circle(turn_deg: float = 0.0, drift_mps: float = 0.0) -> Array:
-    """A round trip of a minute, seen turned and drifting."""
+    """A round trip of a minute, rotated and drifting."""
     times_s = np.arange(0.0, 60.0, 0.05)
     angles = 2 * math.pi * times_s / 60 + math.radians(turn_deg)
     x_m, y_m = 2 * np.cos(angles), 2 * np.sin(angles)

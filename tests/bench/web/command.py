@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`wayflie bench page`: how soon the page is there, how smooth, and what the station costs.
+"""`wayflie bench page`: how soon the page loads, how smooth it is, and what the station costs.
 
 The station is killed in flight, so its recording, which says when each map packet came, is torn.
 """
@@ -19,9 +19,9 @@ from rich.console import Console
 
 from ground.checks import Check, write_report
 from ground.model import Incoming
-from ground.picture import Picture
-from ground.recording import read_recording
+from ground.record.reader import read_recording
 from ground.sim.process import SimulatorProcess
+from ground.station.picture import Picture
 from tests.bench.link.command import table_of
 from tests.web.browsing import Tab, chromium, tab_at
 from tests.web.grounds import GroundProcess
@@ -38,7 +38,7 @@ _FIRST_PAINT: Final = """() => new Promise((done) => new PerformanceObserver((li
 def run_page(json_file: Path | None, seed: int, seconds: float, out: Console) -> bool:
     """Fly an exploration in real time, in front of a browser. @return every check held"""
     figures: Figures = {}
-    logging.getLogger("ground.recording").setLevel(logging.ERROR)
+    logging.getLogger("ground.record.reader").setLevel(logging.ERROR)
     with (
         tempfile.TemporaryDirectory(prefix="wayflie-bench-") as folder,
         SimulatorProcess("--world", "flat", "--seed", str(seed)) as simulator,
@@ -59,7 +59,7 @@ def run_page(json_file: Path | None, seed: int, seconds: float, out: Console) ->
 
 
 def loading(browser: Browser, address: str) -> Figures:
-    """From the wish for the page to the first of it on the screen, nothing being kept."""
+    """Time from navigating to the page until its first paint, with an empty cache."""
     paints_ms = []
     for _ in range(LOADS):
         with tab_at(browser, address) as tab:
@@ -74,7 +74,7 @@ def loading(browser: Browser, address: str) -> Figures:
 def watching(
     browser: Browser, ground: GroundProcess, seconds: float
 ) -> tuple[dict[str, Any], Figures]:
-    """What the page notes of an exploration meanwhile, and what the station costs."""
+    """What the page notes during an exploration, and what the station costs."""
     with tab_at(browser, ground.address) as tab:
         tab.page.add_init_script(path=METER)
         tab.open()
@@ -88,20 +88,20 @@ def watching(
 
 
 def _explore(tab: Tab) -> None:
-    """Until it flies: at first its position estimate has to settle."""
+    """Start exploring, and retry until the position estimate has settled."""
     while not tab.state["can"]["land"]:
         tab.press("Explore")
         tab.page.wait_for_timeout(500)
 
 
 def _cpu_s(pid: int) -> float:
-    """What a process has used so far, in all its threads."""
+    """Processor time that a process has used so far, in all its threads."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / _TICKS_PER_S
 
 
 def seeing(seen: dict[str, Any]) -> Figures:
-    """How many states came and frames were drawn, and how evenly."""
+    """Rate and regularity of states and frames."""
     return {
         "state_hz": _rate_hz(seen["states"]),
         "state_gap_worst_s": float(np.diff(seen["states"]).max()) / 1000,
@@ -117,7 +117,7 @@ def _rate_hz(times_ms: Sequence[float]) -> float:
 
 
 def waiting(heard: Sequence[tuple[float, Incoming]], maps: Sequence[tuple[int, float]]) -> Figures:
-    """From the packet that changed the map to the frame that showed it."""
+    """Time from the packet that changed the map to the frame that showed it."""
     picture, revision = Picture(), 0
     waits_s = []
     for time_s, message in heard:
@@ -136,7 +136,7 @@ def waiting(heard: Sequence[tuple[float, Incoming]], maps: Sequence[tuple[int, f
 
 
 def checks_of(figures: Figures) -> list[Check]:
-    """What the page must show, on a machine that does nothing else."""
+    """The checks of the page, for a machine that does nothing else."""
     return [
         Check("first_paint_worst_s", figures["first_paint_worst_s"], 1.0, "<="),
         Check("state_hz", figures["state_hz"], 10.0, ">="),

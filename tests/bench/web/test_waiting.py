@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the bench of the page makes of a recording and of what the page noted."""
+"""How the page bench evaluates a recording and what the page noted."""
 
 import pytest
 

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Repeats commands that a drone just switched on or just landed may refuse for a moment."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+
+from ground.core import MissionCmd, MissionReason
+from ground.model import Point
+from ground.station.flight import Outcome, fly
+from ground.station.station import Station
+
+SETTLING_S = 15.0
+READY_S = 3.0
+SETTLING_RETRY_S = 0.2
+
+
+async def fly_when_settled(
+    station: Station,
+    cmd: MissionCmd,
+    goal: Point | None = None,
+    tell: Callable[[str], object] | None = None,
+) -> Outcome:
+    """Like fly(), repeated while a refusal may pass by itself; `tell` gets a line while it waits.
+
+    The position estimate settles after power-on, the supervisor after a landing.
+    """
+    begin_s = time.monotonic()
+    told = False
+    while True:
+        outcome = await fly(station, cmd, goal)
+        if time.monotonic() - begin_s > _patience_s(station, outcome):
+            return outcome
+        if tell and not told:
+            tell("waiting until it is ready to fly")
+            told = True
+        await asyncio.sleep(SETTLING_RETRY_S)
+
+
+def _patience_s(station: Station, outcome: Outcome) -> float:
+    """How long this refusal may take to pass by itself; negative if it will not."""
+    health, state = station.picture.health, station.picture.state
+    if not state.airborne and outcome.reason is MissionReason.ESTIMATOR:
+        return SETTLING_S
+    locked = health is not None and (health.locked or health.tumbled)
+    if not state.airborne and outcome.reason is MissionReason.CANNOT_FLY and not locked:
+        return READY_S
+    return -1.0

@@ -9,8 +9,9 @@ command that was refused is not given again: what it was refused for may not be 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterator
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -36,6 +37,8 @@ from ground.sim.firmware import Firmware
 from ground.sim.hearing import Keeper, blocks_of, numbers_of
 from ground.sim.model import RANGE_NONE_MM, Readings
 from ground.sim.params import pack_value
+
+M = TypeVar("M", Telemetry, Odometry, Ranges, Health)
 
 TICK_MS: Final = 20
 ON_GROUND_M: Final = 0.2
@@ -67,8 +70,8 @@ class RadioRerun:
 
     def report(self) -> tuple[dict[str, Any], list[Check]]:
         """Figures without checks, since equality cannot be expected."""
+        self._refuse()
         times_s = [word.time_s for word in self._session if isinstance(word.message, Odometry)]
-        self._refuse(bool(times_s))
         words = iter(self._session)
         waiting = next(words, None)
         for tick in range(round(1000 * (times_s[-1] - times_s[0])) // TICK_MS):
@@ -84,12 +87,13 @@ class RadioRerun:
                 self._hear(message)
         return self._figures(), []
 
-    def _refuse(self, any_odometry: bool) -> None:
-        first = next((w.message for w in self._session if isinstance(w.message, Telemetry)), None)
-        if not isinstance(first, Telemetry) or not any_odometry:
+    def _refuse(self) -> None:
+        telemetry = _first_of(self._session, Telemetry)
+        odometry = _first_of(self._session, Odometry)
+        if telemetry is None or odometry is None:
             raise GroundError("this recording has no odometry: it cannot be computed again")
-        starts = first.state in (MissionState.IDLE, MissionState.TAKEOFF)
-        if not starts or first.pose.z_m > ON_GROUND_M:
+        starts = telemetry.state in (MissionState.IDLE, MissionState.TAKEOFF)
+        if not starts or max(telemetry.pose.z_m, odometry.pose.z_m) > ON_GROUND_M:
             raise GroundError("this recording begins in flight: its beginning is missing")
 
     def _take(self, word: Spoken) -> None:
@@ -151,6 +155,7 @@ class _Drone:
         self._params = numbers_of(self._firmware.param_entries())
         self._types = [entry.type for entry in self._firmware.param_entries()]
         self._blocks = [(b, b.reader(self._firmware)) for b in blocks_of(self._firmware)]
+        self._unsent: deque[bytes] = deque()  # the app takes so many packets a tick, and no more
         self._readings = Readings(motion_quality=_GOOD_QUALITY)
         self._readings.var_velocity_m2ps2 = (_GOOD_VARIANCE,) * 3
         for message in before:
@@ -192,6 +197,8 @@ class _Drone:
         """Run one period of the app, and yield what it says."""
         self._firmware.set_sensors(self._readings)
         self._firmware.set_tx_free(TX_PACKETS)
+        while self._unsent and self._firmware.appchannel_push(self._unsent[0]):
+            self._unsent.popleft()
         self._firmware.run(TICK_MS)
         list(self._firmware.take_measurements())
         while packet := self._firmware.appchannel_take():
@@ -216,7 +223,7 @@ class _Drone:
     def _push(self, message: Incoming | Outgoing) -> None:
         if isinstance(message, AppRequest):
             self.commands += isinstance(message, Command)
-            self._firmware.appchannel_push(encode_request(message))
+            self._unsent.append(encode_request(message))
 
     def _set(self, name: str, value: float, asked: bool) -> None:
         """Set a parameter; one reported by the drone is skipped if setting it would act."""
@@ -226,13 +233,14 @@ class _Drone:
         self._firmware.param_write(number, pack_value(self._types[number], value))
 
 
+def _first_of(session: list[Spoken], kind: type[M]) -> M | None:
+    return next((word.message for word in session if isinstance(word.message, kind)), None)
+
+
 def _first_of_each(session: list[Spoken]) -> list[Incoming]:
     """The first message of each sensor."""
-    found: dict[type, Incoming] = {}
-    for word in session:
-        if isinstance(word.message, Odometry | Ranges | Health):
-            found.setdefault(type(word.message), word.message)
-    return list(found.values())
+    found = _first_of(session, Odometry), _first_of(session, Ranges), _first_of(session, Health)
+    return [message for message in found if message is not None]
 
 
 def _mm(range_m: float | None) -> int:

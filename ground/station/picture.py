@@ -62,6 +62,11 @@ class Picture:
         """The drone's last known mission state; IDLE before any."""
         return self.telemetry.state if self.telemetry else MissionState.IDLE
 
+    @property
+    def begun(self) -> bool:
+        """Whether each measurement that a rerun needs has come."""
+        return None not in (self.telemetry, self.health, self.odometry, self.ranges)
+
     def take(self, message: Incoming, now_s: float) -> None:
         """Take in one message."""
         match message:

@@ -4,16 +4,19 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import time
 from collections.abc import Callable
 
 from ground.core import MissionCmd, MissionReason
-from ground.model import Point
+from ground.model import Health, Odometry, Point, Ranges, Telemetry
 from ground.station.flight import Outcome, fly
 from ground.station.station import Station
 
 SETTLING_S = 15.0
 READY_S = 3.0
+BEGINNING_S = 5.0
+MEASURED = (Telemetry, Health, Odometry, Ranges)
 SETTLING_RETRY_S = 0.2
 
 
@@ -27,6 +30,7 @@ async def fly_when_settled(
 
     The position estimate settles after power-on, the supervisor after a landing.
     """
+    await _begun(station)
     begin_s = time.monotonic()
     told = False
     while True:
@@ -37,6 +41,17 @@ async def fly_when_settled(
             tell("waiting until it is ready to fly")
             told = True
         await asyncio.sleep(SETTLING_RETRY_S)
+
+
+async def _begun(station: Station) -> None:
+    """Wait until the first log packets have come, so that a recording has the flight's beginning.
+
+    A drone that does not send all of them is waited for no longer than BEGINNING_S.
+    """
+    with contextlib.suppress(TimeoutError), station.listen(*MEASURED) as listener:
+        async with asyncio.timeout(BEGINNING_S):
+            while not station.picture.begun:
+                await listener.next()
 
 
 def _patience_s(station: Station, outcome: Outcome) -> float:

@@ -28,6 +28,7 @@ TrailMark = tuple[int, int]
 Sent = tuple[TrailMark, TrailMark]
 """So much a page has of the drone's trail, and of its odometry's."""
 NOTHING: Sent = ((0, 0), (0, 0))
+BY_HAND = "flown by hand"
 STILL = (MissionState.HOVER, MissionState.LAND)  # its last goal is no goal any more
 
 
@@ -44,7 +45,7 @@ def state_frame(
         "fleet": fleet,
         "stop": {"latched": cockpit.stop_latched, "confirmed": _locked(picture)},
         "link": _link(cockpit),
-        "mission": _mission(picture),
+        "mission": _mission(cockpit, picture),
         "drone": _drone(picture),
         "route": [_xy(point) for point in picture.route] if _under_way(picture) else [],
         "trail": trail,
@@ -71,13 +72,14 @@ def fleet_rows(fleet: Fleet, chosen: int) -> list[dict[str, Any]]:
 
 def _member(fleet: Fleet, chosen: int, number: int) -> dict[str, Any]:
     member = fleet.members[number]
-    station, pose = member.cockpit.station, fleet.seen_from(chosen, number)
+    cockpit, pose = member.cockpit, fleet.seen_from(chosen, number)
+    station = cockpit.station
     return {
         "name": member.name,
         "colour": COLOURS[number % len(COLOURS)],
         "chosen": number == chosen,
-        "link": _link(member.cockpit)["state"],
-        "words": _mission(station.picture)["words"] if station else str(member.cockpit.trouble),
+        "link": _link(cockpit)["state"],
+        "words": _mission(cockpit, station.picture)["words"] if station else str(cockpit.trouble),
         "pose": pose and [_round(v) for v in (pose.x_m, pose.y_m, pose.z_m, pose.yaw_rad)],
     }
 
@@ -127,13 +129,15 @@ def _link(cockpit: Cockpit) -> dict[str, Any]:
     return {"state": state.value, "detail": detail, "step": step}
 
 
-def _mission(picture: Picture) -> dict[str, Any]:
-    telemetry = picture.telemetry
+def _mission(cockpit: Cockpit, picture: Picture) -> dict[str, Any]:
+    telemetry, by_hand = picture.telemetry, cockpit.sticks.deflected
     if telemetry is None:
-        return {"state": "", "words": "no data yet", "fault": "", "step": ""}
+        return {"state": "", "words": "no data yet", "by_hand": False, "fault": "", "step": ""}
+    hovers = telemetry.state is MissionState.HOVER
     return {
         "state": telemetry.state.name,
-        "words": STATE_WORDS[telemetry.state],
+        "words": BY_HAND if by_hand and hovers else STATE_WORDS[telemetry.state],
+        "by_hand": by_hand,
         "fault": REASON_WORDS[telemetry.fault] if telemetry.fault else "",
         "step": after(telemetry.fault),
     }

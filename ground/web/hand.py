@@ -37,10 +37,21 @@ class Hand:
         self._refused: tuple[float, CommandRefused] | None = None
         self._task: asyncio.Task[None] | None = None
 
+    @property
+    def deflected(self) -> bool:
+        """Whether a page moves the drone now."""
+        sends = self._task is not None and not self._task.done()
+        return sends and self._held and self._stick != REST
+
+    @property
+    def _held(self) -> bool:
+        """Whether the page that took the stick still holds it."""
+        return time.monotonic() - self._heard_s < DEAD_MAN_S
+
     def take(self, station: Station, holder: object, stick: Stick) -> None:
         """What a page wants now. Raises GroundError: another holds it, or the drone refuses."""
         now_s = time.monotonic()
-        if self._holder not in (None, holder) and now_s - self._heard_s < DEAD_MAN_S:
+        if self._holder not in (None, holder) and self._held:
             raise GroundError("another page is flying it by hand")
         if self._refused and now_s - self._refused[0] < REFUSED_S:
             raise self._refused[1]

@@ -11,7 +11,7 @@ from ground.core import EventCode, MissionCmd, MissionReason, MissionState, Self
 from ground.errors import LinkLost
 from ground.model import Event, Health, LinkChange, LinkState, Telemetry
 from ground.requests import Command
-from ground.station import flight
+from ground.station import flight, settling
 from ground.station.flight import fly
 from ground.station.settling import fly_when_settled
 from ground.station.station import Station
@@ -200,9 +200,10 @@ def test_an_event_of_the_flight_before_does_not_count() -> None:
 
 @pytest.mark.parametrize(("locked", "tries"), [(None, 2), (False, 2), (True, 1)])
 def test_a_supervisor_that_is_not_ready_again_is_waited_for(
-    locked: bool | None, tries: int
+    locked: bool | None, tries: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So is one of which nothing has been heard yet (None)."""
+    monkeypatch.setattr(settling, "BEGINNING_S", 0.01)
     link = FakeLink()
     commands: list[Command] = []
 

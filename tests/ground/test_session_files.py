@@ -19,13 +19,14 @@ from typer.testing import CliRunner
 from ground.api import Station
 from ground.cli.app import app
 from ground.core import MissionCmd, MissionReason
+from ground.errors import GroundError
 from ground.map.files import load_map
 from ground.map.ros import fit, load_ros
 from ground.model import Ack, Event, Health, Odometry, Pose, Ranges, Telemetry
 from ground.record.folder import new_recording
 from ground.record.reader import Heard, Sent, read_entries, read_session
 from ground.record.writer import RecordFile
-from ground.requests import Command
+from ground.requests import Command, Heartbeat
 from ground.sim.calls import RecordedFirmware
 from ground.sim.inputs import CALLS
 from ground.sim.process import SimulatorProcess
@@ -56,10 +57,8 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Flown:
 
 
 async def fly(uri: str, record: Path) -> None:
-    """Fly to the goal and land there; the recording begins on the ground, however late it reads."""
+    """Fly to the goal and land there."""
     async with Station.connect(uri, record) as drone:
-        while drone.pose is None:
-            await asyncio.sleep(0)
         await drone.goto(*GOAL)
         await drone.land()
         await drone.whole_map()
@@ -150,6 +149,28 @@ def test_what_came_over_the_radio_gives_nearly_the_same_flight(
     assert figures["checks"] == []
 
 
+@pytest.mark.parametrize("kind", [Telemetry, Odometry])
+def test_a_recording_that_begins_in_flight_is_not_computed(
+    flown: Flown, kind: type[Telemetry] | type[Odometry]
+) -> None:
+    whole = read_session(flown.radio)
+    high_s = next(word.time_s for word in whole if in_flight(word.message))
+    session = [w for w in whole if not (isinstance(w.message, kind) and w.time_s < high_s)]
+    with pytest.raises(GroundError, match="begins in flight"):
+        RadioRerun(session, lambda *_: None).report()
+
+
+def in_flight(message: object) -> bool:
+    return isinstance(message, Telemetry) and message.pose.z_m > 0.3
+
+
+def test_the_recording_has_what_was_measured_before_the_first_command(flown: Flown) -> None:
+    session = [word.message for word in read_session(flown.radio)]
+    begin = session[: next(i for i, word in enumerate(session) if isinstance(word, Command))]
+    for kind in (Telemetry, Odometry, Ranges, Health):
+        assert any(isinstance(word, kind) for word in begin), kind
+
+
 def test_a_command_that_was_refused_is_not_given_again(flown: Flown) -> None:
     session = read_session(flown.radio)
     refused = {ack.sequence for ack in spoken(flown.radio, Ack) if ack.reason}
@@ -161,6 +182,16 @@ def test_a_command_that_was_refused_is_not_given_again(flown: Flown) -> None:
     session[:0] = [Sent(start_s, command), Heard(start_s, answer)]
     figures, _ = RadioRerun(session, lambda *_: None).report()
     assert figures["commands_sent"] == given
+    assert figures["same_state"] > 0.5
+
+
+def test_a_command_behind_many_packets_is_not_lost(flown: Flown) -> None:
+    """More than the app's queue holds, all at one time: so it is when the ground falls behind."""
+    session = read_session(flown.radio)
+    first = next(i for i, word in enumerate(session) if isinstance(word.message, Command))
+    beat = Sent(session[first].time_s, Heartbeat(0, 0))
+    session[first:first] = [beat] * 50
+    figures, _ = RadioRerun(session, lambda *_: None).report()
     assert figures["same_state"] > 0.5
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -94,9 +95,18 @@ class Tab:
         x_px, y_px = self.page.evaluate("([x, y]) => wayflie.map.camera.toScreen(x, y)", [x_m, y_m])
         return box["x"] + x_px, box["y"] + y_px
 
+    def point_at(self, x_m: float, y_m: float) -> None:
+        """Move the mouse there; the map is not fitted anew while the mouse moves on it."""
+        before, place = None, self.place(x_m, y_m)
+        while before is None or math.dist(before, place) > 1.0:
+            self.page.mouse.move(*place)
+            before, place = place, self.place(x_m, y_m)
+
     def click(self, x_m: float, y_m: float) -> None:
         """Click there with the mouse."""
-        self.page.mouse.click(*self.place(x_m, y_m))
+        self.point_at(x_m, y_m)
+        self.page.mouse.down()
+        self.page.mouse.up()
 
     def press(self, name: str) -> None:
         """Press the button with this name."""

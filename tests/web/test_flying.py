@@ -140,7 +140,7 @@ def test_an_area_that_is_drawn_is_explored_and_not_left(browser: Browser) -> Non
     ):
         mouse = tab.open().page.mouse
         tab.press("Area")
-        mouse.move(*tab.place(-0.5, -1.0))
+        tab.point_at(-0.5, -1.0)
         mouse.down()
         mouse.move(*tab.place(1.2, 0.6), steps=4)
         tab.shot("area")

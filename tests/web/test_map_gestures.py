@@ -89,6 +89,21 @@ def test_dragging_pans_and_sends_nobody(desk: Map) -> None:
     assert desk.wishes("goto") == []
 
 
+def test_the_map_is_not_fitted_anew_under_a_pressed_pointer(desk: Map) -> None:
+    place = desk.at(1.0, 0.5)
+    desk.page.mouse.move(*place)
+    desk.page.mouse.down()
+    known, frames = desk.ask("map.view.cells.knownBox"), desk.ask("map.view.frames")
+    a_wall_ahead(desk.ground)
+    desk.wait(lambda: desk.ask("map.view.cells.knownBox") != known)
+    desk.wait(lambda: desk.ask("map.view.frames") > frames + 10)
+    assert desk.at(1.0, 0.5) == pytest.approx(place, abs=0.1)
+    desk.page.mouse.up()
+    assert desk.sent_goal() == pytest.approx((1.0, 0.5), abs=0.01)
+    desk.rest()
+    assert desk.at(1.0, 0.5) != pytest.approx(place, abs=10), "all of the map is shown now"
+
+
 def test_following_keeps_the_drone_in_the_middle(desk: Map) -> None:
     desk.page.get_by_role("button", name="Follow the drone").click()
     for place in ((0.5, -0.25), (1.5, 1.0)):

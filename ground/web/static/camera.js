@@ -9,6 +9,7 @@ const MARGIN_M = 0.6;
 const TOOLS_PX = { top: 62, right: 58 }; // what lies over the map's edges
 const GLIDE_MS = 110;
 const STILL = 1e-3;
+const AFTER_TOUCH_MS = 1000;
 
 export class Camera {
   constructor(canvas) {
@@ -19,6 +20,7 @@ export class Camera {
     this.angle = 0; // the map is turned so far, counter-clockwise
     this.mode = "fit"; // all that is known, and the goal; "follow": the drone; "free"
     this.coveredPx = 0; // at the lower edge
+    this.heldUntilMs = 0;
     this.calm = matchMedia("(prefers-reduced-motion: reduce)");
   }
 
@@ -81,6 +83,16 @@ export class Camera {
     this.centre = [this.centre[0] + x - now[0], this.centre[1] + y - now[1]];
   }
 
+  /** Do not fit the map anew under a pointer: not while it is `down`, nor soon after it moved. */
+  touched(down) {
+    this.heldUntilMs = down ? Infinity : performance.now() + AFTER_TOUCH_MS;
+  }
+
+  /** The pointer has left the map. */
+  untouched() {
+    this.heldUntilMs = 0;
+  }
+
   /** Move on towards what the mode asks for. @return true until it is there */
   step(elapsedMs, box, drone) {
     const goal = this.aim(box, drone);
@@ -89,6 +101,7 @@ export class Camera {
     const off = [goal.centre[0] - this.centre[0], goal.centre[1] - this.centre[1]];
     const zoom = goal.scale / this.scale;
     const far = Math.hypot(...off) * this.scale > 0.25 || Math.abs(zoom - 1) > STILL;
+    if (far && this.mode === "fit" && performance.now() < this.heldUntilMs) return true;
     const step = far ? part : 1;
     this.centre = [this.centre[0] + off[0] * step, this.centre[1] + off[1] * step];
     this.scale *= 1 + (zoom - 1) * step;

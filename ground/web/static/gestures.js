@@ -29,6 +29,7 @@ export class Gestures {
     event.target.setPointerCapture(event.pointerId);
     const at = [event.offsetX, event.offsetY];
     this.fingers.set(event.pointerId, at);
+    this.camera.touched(true);
     clearTimeout(this.timer);
     if (this.fingers.size > 1) {
       this.spoil();
@@ -49,6 +50,7 @@ export class Gestures {
   move(event) {
     const now = [event.offsetX, event.offsetY];
     const before = this.fingers.get(event.pointerId);
+    this.camera.touched(this.fingers.size > 0);
     if (!before) {
       if (event.pointerType === "mouse") this.actions.hover(...now);
       return;
@@ -81,7 +83,7 @@ export class Gestures {
   up(event) {
     const at = [event.offsetX, event.offsetY];
     clearTimeout(this.timer);
-    this.fingers.delete(event.pointerId);
+    this.lift(event);
     const thing = this.thing;
     this.thing = null;
     if (this.tapping) {
@@ -95,8 +97,13 @@ export class Gestures {
   }
 
   cancel(event) {
-    this.fingers.delete(event.pointerId);
+    this.lift(event);
     this.spoil();
+  }
+
+  lift(event) {
+    this.fingers.delete(event.pointerId);
+    this.camera.touched(this.fingers.size > 0);
   }
 
   /** Whatever was begun is none. */
@@ -108,7 +115,9 @@ export class Gestures {
   }
 
   leave(event) {
-    if (event.pointerType === "mouse") this.actions.leave();
+    if (event.pointerType !== "mouse") return;
+    this.camera.untouched();
+    this.actions.leave();
   }
 
   wheel(event) {

@@ -147,9 +147,8 @@ async def fetch_map(uri: str, file: Path, json_file: Path | None, out: Console) 
         async with share_shown(out, "map", lambda: grid.completeness):
             await await_map(station)
         save_map(grid, file)
-    out.print(
-        f"{file}: {grid.known_cells} known cells, {grid.completeness:.0%} of the map received"
-    )
+    told = f"{grid.known_cells} known cells, {grid.completeness:.0%} of the map received"
+    out.print(f"{file}: {told}", soft_wrap=True)
     if json_file:
         figures = {"file": str(file), "known_cells": grid.known_cells}
         write_report(json_file, figures, [Check("map_complete", grid.completeness, 1.0, ">=")])

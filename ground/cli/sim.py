@@ -24,6 +24,7 @@ from ground.sim.firmware import Firmware
 from ground.sim.inputs import InputFile
 from ground.sim.positioning import Shadow
 from ground.sim.process import READY
+from ground.sim.radio import SILENCE_S
 from ground.sim.ranger import FALSE_SHORT
 from ground.sim.runtime import Options
 from ground.sim.server import HOST, Server
@@ -120,6 +121,15 @@ def sim(
             "--needs-arming", help="Must be armed, like a Brushless; otherwise it arms itself."
         ),
     ] = False,
+    silence: Annotated[
+        float,
+        typer.Option(
+            min=0.1,
+            max=3600.0,
+            metavar="S",
+            help="A client that sends nothing for so long is forgotten, with its log blocks.",
+        ),
+    ] = SILENCE_S,
     loss: Annotated[
         float,
         typer.Option(
@@ -184,6 +194,7 @@ def sim(
         shadows=tuple(parse_shadow(text) for text in shadow or ()),
         speed=parse_speed(speed),
         needs_arming=needs_arming,
+        silence_s=silence,
         trouble=TroubleSpec(loss, duplication, reorder),
         eeprom_file=eeprom,
         keep_trail=trail,

@@ -10,6 +10,7 @@ import contextlib
 import logging
 import os
 import re
+import socket
 import sys
 import time
 from collections.abc import Callable
@@ -21,6 +22,7 @@ import cflib.cpx.transports
 import cflib.crtp
 import cflib.crtp.radiodriver
 import cflib.crtp.serialdriver
+import cflib.crtp.udpdriver
 import serial
 from cflib.cpx.transports import UARTTransport
 from cflib.crazyflie import Crazyflie
@@ -40,6 +42,9 @@ FORMS = {
 }
 SYNC_S = 2.0
 CLEAR_S = 1.0
+SCAN_S = 1.0
+SCANNED_PORTS = range(19850, 19860)  # of udp://, as in cflib
+SCAN_PROBE = b"\xff"
 SYNC = b"\xff\x00"
 
 
@@ -143,10 +148,26 @@ def scan() -> list[str]:
     found: list[str] = []
     for driver in list(cflib.crtp.CLASSES):
         try:
-            found += [uri for uri, *_ in driver().scan_interface(None)]
+            udp = driver is cflib.crtp.udpdriver.UdpDriver
+            found += _scan_udp() if udp else [uri for uri, *_ in driver().scan_interface(None)]
         except Exception as error:  # of any class; the other drivers may still find something
             log.info("%s found nothing: %s", driver.__name__, error)
     return found
+
+
+def _scan_udp() -> list[str]:
+    """Ask all ports at once; cflib's own scan misses a simulator that is busy for 0.1 s."""
+    host = os.environ.get("SCAN_ADDRESS", "127.0.0.1")
+    found: set[int] = set()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        for port in SCANNED_PORTS:
+            probe.sendto(SCAN_PROBE, (host, port))
+        until_s = time.monotonic() + SCAN_S
+        while (left_s := until_s - time.monotonic()) > 0:
+            probe.settimeout(left_s)
+            with contextlib.suppress(TimeoutError):
+                found.add(probe.recvfrom(64)[1][1])
+    return [f"udp://{host}:{port}" for port in SCANNED_PORTS if port in found]
 
 
 def cache_folder() -> Path:

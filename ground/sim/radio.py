@@ -13,7 +13,8 @@ from ground.sim.crtp import APP, SCAN_PROBE, BadPacket, Port
 from ground.sim.trouble import Trouble, TroubleSpec
 
 Address = tuple[str, int]
-_SILENCE_S = 1.0
+SILENCE_S = 1.0
+"""After this the firmware forgets a client that sends nothing, and its log blocks."""
 _HANDSHAKE_PAUSE_S = 0.2
 _HANDSHAKE_PORTS = frozenset((Port.PARAM, Port.LOG, Port.MEMORY))
 _AHEAD_MS = 1500
@@ -54,11 +55,16 @@ class Counters:
 class Radio:
     """The drone's end of the link; loss and reordering begin after a client's handshake."""
 
-    def __init__(self, crazyflie: Crazyflie, trouble: TroubleSpec, seed: int) -> None:
+    def __init__(
+        self, crazyflie: Crazyflie, trouble: TroubleSpec, seed: int, silence_s: float = SILENCE_S
+    ) -> None:
         self.counters = Counters()
         self._crazyflie = crazyflie
         self._spec = trouble
         self._random = Random(seed)
+        self._silence_s = silence_s
+        self._settled: set[Address] = set()
+        """Clients that have ended a handshake once, even if they were forgotten since."""
         self._clients: dict[Address, Client] = {}
         self._outgoing: list[tuple[Address, bytes]] = []
         self.silent = False
@@ -97,7 +103,7 @@ class Radio:
             self._now_ms - client.beat_ms > _AHEAD_MS
             and client.session.logs.running
             and now_s - client.beat_s < _WAIT_S
-            and now_s - client.heard_s < _SILENCE_S
+            and now_s - client.heard_s < self._silence_s
             for client in self._clients.values()
         )
 
@@ -149,7 +155,7 @@ class Radio:
         for address, client in list(self._clients.items()):
             if self.silent:
                 client.heard_s = now_s
-            elif now_s - client.heard_s > _SILENCE_S:
+            elif now_s - client.heard_s > self._silence_s:
                 del self._clients[address]
 
     def outgoing(self) -> Iterator[tuple[Address, bytes]]:
@@ -166,7 +172,8 @@ class Radio:
 
     def _welcome(self, address: Address, now_s: float) -> Client:
         up, down = (Trouble(self._spec, self._random) for _ in range(2))
-        client = Client(self._crazyflie.open_session(), up, down, now_s, now_s)
+        settled = address in self._settled
+        client = Client(self._crazyflie.open_session(), up, down, now_s, now_s, settled)
         self._clients[address] = client
         self.counters.clients += 1
         return client
@@ -178,6 +185,8 @@ class Radio:
             client.asked_s = now_s
         self._answer(address, client, datagram)
         client.settled = self._crazyflie.settled(client.session)
+        if client.settled:
+            self._settled.add(address)
 
     def _answer(self, address: Address, client: Client, datagram: bytes) -> None:
         try:

@@ -17,7 +17,7 @@ from ground.sim.model import Truth
 from ground.sim.params import Params
 from ground.sim.plant import PLANT_STEP_S, Plant
 from ground.sim.positioning import SYSTEMS, Shadow
-from ground.sim.radio import Address, Radio
+from ground.sim.radio import SILENCE_S, Address, Radio
 from ground.sim.ranger import FALSE_SHORT
 from ground.sim.report import Logbook, traffic
 from ground.sim.trouble import TroubleSpec
@@ -40,6 +40,7 @@ class Options:
     shadows: tuple[Shadow, ...] = ()
     speed: float = 1.0
     needs_arming: bool = False
+    silence_s: float = SILENCE_S
     trouble: TroubleSpec = field(default_factory=TroubleSpec)
     eeprom_file: Path | None = None
     keep_trail: bool = False
@@ -75,7 +76,7 @@ class Simulator:
         self._crazyflie = Crazyflie(
             self._firmware, self._stack, self._params, localization, readings, auto_arm
         )
-        self.radio = Radio(self._crazyflie, options.trouble, options.seed)
+        self.radio = Radio(self._crazyflie, options.trouble, options.seed, options.silence_s)
         bench = Bench(world, self._plant, self._firmware, self._stack, self._params, self.radio)
         self.faults = Faults(bench, options.faults)
         self._logbook = Logbook(self._plant, options.keep_trail)

@@ -16,6 +16,7 @@ from ground.station.station import Station
 from ground.words import EXPLORED_PARTLY, REASON_WORDS, STATE_WORDS
 
 SILENCE_S = 10.0  # after so long without a message, the link counts as lost
+SEARCH_S = 60.0  # the same while the link looks for the drone
 SETTLED_MS = 5000  # a resting state that lasts this long is final
 NEAR_M = 0.25
 REFUSAL_EVENT_S = 0.3
@@ -162,11 +163,13 @@ async def fly(station: Station, cmd: MissionCmd, goal: Point | None = None) -> O
         except CommandRefused as refusal:
             place = await _nearest_point(listener)
             return Outcome(False, str(refusal), refusal.reason, place)
-        watch.acknowledged_ms = station.picture.drone_ms
+        watch.acknowledged_ms = station.acknowledged_ms
         while True:
-            message = await listener.next(SILENCE_S)
+            searching = station.picture.link.state is LinkState.RECONNECTING
+            patience_s = SEARCH_S if searching else SILENCE_S
+            message = await listener.next(patience_s)
             if message is None:
-                raise LinkLost(f"the drone was not heard for {SILENCE_S:.0f} s")
+                raise LinkLost(f"the drone was not heard for {patience_s:.0f} s")
             if outcome := watch.judge(message):
                 return outcome
 

@@ -31,11 +31,13 @@ async def fly_when_settled(
     The position estimate settles after power-on, the supervisor after a landing.
     """
     await _begun(station)
-    begin_s = time.monotonic()
+    begin_s, begin_ms = time.monotonic(), station.picture.drone_ms
     told = False
     while True:
         outcome = await fly(station, cmd, goal)
-        if time.monotonic() - begin_s > _patience_s(station, outcome):
+        drone_s = (station.picture.drone_ms - begin_ms) / 1000
+        waited_s = min(drone_s, time.monotonic() - begin_s)
+        if waited_s > _patience_s(station, outcome):
             return outcome
         if tell and not told:
             tell("waiting until it is ready to fly")

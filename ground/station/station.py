@@ -79,6 +79,8 @@ class Station:
         self._recovery = Recovery()
         self.pulse = Pulse()
         self._ended = asyncio.Event()
+        self.acknowledged_ms = 0
+        """The drone's clock when the latest acknowledgement came."""
         self.picture = Picture()
 
     @property
@@ -213,6 +215,8 @@ class Station:
             self.picture.take_history(message, self._recovery.records.first_missing or 0)
         if isinstance(message, Beat):
             self.pulse.heard(message.sequence, now_s)
+        if isinstance(message, Ack):
+            self.acknowledged_ms = self.picture.drone_ms
         restarted = self._recovery.restarts != restarts
         restarted |= self.picture.drone_ms < before_ms - RESTART_MS
         if restarted or self.picture.map.epoch != epoch:

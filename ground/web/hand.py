@@ -2,7 +2,7 @@
 """Flying by hand, held by the server: a page that is not heard any more has let go.
 
 A page sends its stick many times a second; the drone is sent the last one at a steady rate. When
-the page falls silent the stick goes to zero, for as long as the drone needs to stand.
+the page falls silent the stick goes to zero, a number of times.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ground.words import refusal
 
 PERIOD_S = 0.05
 DEAD_MAN_S = 0.3
-REST_S = 0.5
+RESTS = 10  # sent after the stick was let go, in case some are lost
 REFUSED_S = 1.0  # a refusal is told for so long, then it is tried again
 FASTEST = Stick(1.0, 1.0, math.radians(90.0), 0.5)
 
@@ -73,8 +73,11 @@ class Hand:
     async def _steer(self, station: Station) -> None:
         sent: set[int] = set()
         with station.listen(Ack) as acks, contextlib.suppress(LinkError):
-            while (age_s := time.monotonic() - self._heard_s) < DEAD_MAN_S + REST_S:
-                sent.add(station.send_stick(self._stick if age_s < DEAD_MAN_S else REST))
+            rests = 0
+            while rests < RESTS:
+                held = self._held
+                rests = 0 if held else rests + 1
+                sent.add(station.send_stick(self._stick if held else REST))
                 if refusal := await _refusal(acks, sent):
                     self._refused = (time.monotonic(), refusal)
                     return

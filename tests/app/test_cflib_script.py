@@ -11,6 +11,7 @@ import pytest
 
 from ground.sim.process import SimulatorProcess
 from ground.sim.world import load_world
+from tests.sim.crtp_client import PATIENT
 
 SCRIPT = Path(__file__).with_name("cflib_script.py")
 GOAL_M = (1.5, 0.8)
@@ -19,7 +20,7 @@ GOAL_M = (1.5, 0.8)
 @pytest.fixture(scope="module")
 def flight() -> tuple[dict, dict]:
     """What the script printed, and the truth."""
-    with SimulatorProcess("--world", "empty", "--speed", "max") as simulator:
+    with SimulatorProcess("--world", "empty", "--speed", "max", *PATIENT) as simulator:
         command = [sys.executable, str(SCRIPT), simulator.uri, *map(str, GOAL_M)]
         result = subprocess.run(command, capture_output=True, text=True, timeout=200)
         assert result.returncode == 0, result.stderr

@@ -15,7 +15,7 @@ from ground.sim.positioning import Shadow
 from ground.sim.process import SimulatorProcess
 from ground.sim.runtime import Options
 from tests.app.positioned import Sample, Watched
-from tests.sim.crtp_client import connect, samples
+from tests.sim.crtp_client import PATIENT, connect, samples
 
 ODOMETRY, SLAM, SLAM_ESTIMATOR, LIGHTHOUSE, LOCO, EXTERNAL = range(6)
 STEP_M = 0.1
@@ -165,7 +165,7 @@ def test_turned_on_the_ground_the_estimate_creeps_but_not_the_pose() -> None:
 
 def test_cflib_sends_positions_and_the_drone_uses_them(tmp_path: Path) -> None:
     """Motion capture, through the real cflib."""
-    arguments = ("--world", "empty", "--positioning", "mocap")
+    arguments = ("--world", "empty", "--positioning", "mocap", *PATIENT)
     with SimulatorProcess(*arguments) as simulator, connect(simulator.uri, tmp_path) as cf:
         seen = samples(cf, 50, ["way.source", "stateEstimate.x", "stateEstimate.y"])
         assert next(seen)[1]["way.source"] == SLAM
@@ -189,7 +189,7 @@ def _send_positions(cf: Crazyflie, stop: threading.Event) -> None:
 
 def test_cflib_sees_the_estimate_in_the_map(tmp_path: Path) -> None:
     """A client that knows nothing of Wayflie flies in the map's frame."""
-    arguments = ("--world", "flat", "--profile", "hard", "--seed", "3", "--speed", "max")
+    arguments = ("--world", "flat", "--profile", "hard", "--seed", "3", "--speed", "max", *PATIENT)
     names = ["way.x", "way.y", "stateEstimate.x", "stateEstimate.y", "way.source"]
     with SimulatorProcess(*arguments) as simulator, connect(simulator.uri, tmp_path) as cf:
         cf.param.set_value("way.slam", SLAM_ESTIMATOR)

@@ -8,7 +8,7 @@ from ground.model import Ack, Beat, Point
 from ground.requests import Command, Heartbeat
 from ground.sim.process import SimulatorProcess
 from tests.app.drone import UINT8, UINT32, Drone
-from tests.sim.crtp_client import connect, samples
+from tests.sim.crtp_client import PATIENT, connect, samples
 
 NOT_RUN, RUNNING, AGREES = lib.SELFTEST_NOT_RUN, lib.SELFTEST_RUNNING, lib.SELFTEST_AGREES
 LONGEST_S = 4.0
@@ -125,7 +125,7 @@ def test_it_is_refused_in_flight_and_once_there_is_a_map(drone: Drone) -> None:
 
 def test_any_cflib_script_can_ask_for_it(tmp_path: Path) -> None:
     with (
-        SimulatorProcess("--world", "empty", "--profile", "perfect") as simulator,
+        SimulatorProcess("--world", "empty", "--profile", "perfect", *PATIENT) as simulator,
         connect(simulator.uri, tmp_path) as cf,
     ):
         told = samples(cf, 20, ["way.selfState", "way.selfHash"])

@@ -19,7 +19,8 @@ MISSIONS = [Mission("goto", 8, number) for number in range(3)]
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as workers:
+    anywhere = "127.0.0.1:0"
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=anywhere) as workers:
         yield workers.scheduler_address
 
 

@@ -89,11 +89,20 @@ def watch(window: MainUI) -> dict[str, float]:
     return status
 
 
+def found(window: MainUI, uri: str) -> bool:
+    """Whether the drone is offered; a scan listens for a moment only, so it is repeated."""
+    if window.interfaceCombo.currentText() == uri:
+        return True
+    if window.scanButton.isEnabled():
+        click(window.scanButton)
+    return False
+
+
 def connected(uri: str) -> MainUI:
     """A window that is connected to the drone, with all parameters read."""
     window = MainUI()
     window.show()
-    wait_for("the scan finds the drone", lambda: window.interfaceCombo.currentText() == uri)
+    wait_for("the scan finds the drone", lambda: found(window, uri))
     click(window.connectButton)
     wait_for("it is connected", lambda: window.uiState == UIState.CONNECTED)
     wait_for("all parameters are read", lambda: window.cf.param.is_updated)

@@ -23,7 +23,7 @@ SECONDS = 60 * float(os.environ.get("MINUTES") or 0.3)
 
 @pytest.mark.timeout(SECONDS + 250)
 def test_cfclient_and_the_station_share_a_drone(tmp_path: Path) -> None:
-    arguments = ("--world", "empty")
+    arguments = ("--world", "empty", "--silence", "60")
     python = str(PROJECT_PYTHON)
     with SimulatorProcess(*arguments, port=SCANNED_PORT, python=python) as simulator:
         config = tmp_path / "cfclient"

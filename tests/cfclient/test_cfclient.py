@@ -27,7 +27,7 @@ START_M = (1.25, 2.5)
 def flight(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], dict[str, Any]]:
     """What cfclient showed, and the truth."""
     folder = tmp_path_factory.mktemp("cfclient")
-    arguments = ("--world", "empty", "--speed", "4")
+    arguments = ("--world", "empty", "--speed", "4", "--silence", "60")
     with SimulatorProcess(*arguments, port=SCANNED_PORT, python=str(PROJECT_PYTHON)) as simulator:
         config = folder / "cfclient"
         config.mkdir()

@@ -43,6 +43,8 @@ class FakeLink:
     ) -> None:
         self.sent: list[Outgoing] = []
         self.acts: list[Command] = []
+        self.after: list[Incoming] = []
+        """What it says right behind the next acknowledgement."""
         self.on_command: Callable[[Command], None] = lambda command: None
         self._hears = hears
         self._reason = reason
@@ -88,6 +90,8 @@ class FakeLink:
                     self.acts.append(message)
                     self.on_command(message)
                 self.say(Ack(sequence, cmd, self._reason))
+                self.say(*self.after)
+                self.after = []
             case Waypoints(sequence):
                 self.say(Ack(sequence, MissionCmd.NONE, self._reason))
             case SetParameter(name, value):

@@ -7,6 +7,7 @@ import re
 import socket
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +32,12 @@ COMMANDS = (*MEASURING, "ground", "plot", "map", "bench")
 
 
 @pytest.fixture
-def dead_uri() -> str:
-    """A URI at which nobody answers."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    return f"udp://127.0.0.1:{port}"
+def dead_uri() -> Iterator[str]:
+    """A URI at which nobody answers, as its socket hears only itself."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as held:
+        held.bind(("127.0.0.1", 0))
+        held.connect(held.getsockname())
+        yield f"udp://127.0.0.1:{held.getsockname()[1]}"
 
 
 def run(*words: str) -> Any:  # noqa: ANN401  its class depends on typer's version

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 import tty
 from collections.abc import Callable
 from pathlib import Path
@@ -27,6 +28,7 @@ from tests.ground.stations import take_off
 from tests.ground.uartbridge import UartBridge
 
 ARGUMENTS = ("--world", "empty", "--speed", "5")
+GO_ON = 0  # way.lost
 ONCE = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 
 
@@ -94,9 +96,16 @@ def test_a_drone_that_comes_back_anew_is_known_as_such() -> None:
 
 @ONCE
 def test_a_flight_goes_on_over_a_break_of_the_link() -> None:
-    with SimulatorProcess(*ARGUMENTS) as simulator:
+    """The drone waits meanwhile, however long the ground takes to find it again."""
+
+    async def wait_when_silent(uri: str) -> None:
+        async with station_on(RadioLink(uri)) as station:
+            await station.set_parameter("way.lost", GO_ON)
+
+    with SimulatorProcess("--world", "empty") as simulator:
         process = simulator._process
         assert process is not None
+        asyncio.run(wait_when_silent(simulator.uri))
         command = [sys.executable, "-m", "ground", "goto", "1", "0", "--uri", simulator.uri]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as flight:
             assert flight.stdout is not None
@@ -126,7 +135,7 @@ def test_serial_through_cflibs_own_driver() -> None:
     with SimulatorProcess(*ARGUMENTS) as simulator, UartBridge(simulator.uri) as uart:
         asyncio.run(work(f"serial://{uart.path}"))
     while threading.active_count() > before:  # a thread left behind fails by the time limit
-        pass
+        time.sleep(0.01)
 
 
 @ONCE

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from ground.cli.app import app
 from ground.core import MissionCmd, MissionReason, MissionState
 from ground.link.radio import RadioLink
-from ground.model import Beat, Event, LinkState, LogMessage, Point
+from ground.model import LinkState, Point, Telemetry
 from ground.nextsteps import after
 from ground.record.reader import read_recording
 from ground.sim.process import SimulatorProcess
@@ -60,8 +60,8 @@ def test_goto_flies_and_reports(simulator: SimulatorProcess, tmp_path: Path) -> 
     code, errors = run("goto", "1.0", "0.5", "--uri", simulator.uri, *files)
     assert (code, errors) == (0, "")
     assert json.loads(report.read_text())["reached"] is True
-    last = [message for _, message in read_recording(tmp_path / "goto.mcap")][-1]
-    assert isinstance(last, LogMessage | Beat | Event)
+    heard = [message for _, message in read_recording(tmp_path / "goto.mcap")]
+    assert [m.state for m in heard if isinstance(m, Telemetry)][-1] is MissionState.IDLE
     truth = simulator.stop()
     assert truth["collisions"] == 0
     assert truth["path_m"] > 1.0
@@ -115,13 +115,13 @@ def test_a_tenth_of_all_packets_lost_is_survived(simulator: SimulatorProcess) ->
 
 @pytest.mark.parametrize("simulator", [["--loss", "0.3"]], indirect=True)
 def test_parameters_get_through_where_answers_are_lost(simulator: SimulatorProcess) -> None:
-    heights_m = [0.3 + 0.05 * number for number in range(6)]
+    wanted = {"height": 0.35, "speed": 0.25, "goalX": 0.5, "goalY": 1.5, "lostTime": 7.0}
 
     async def work() -> list[float]:
         async with station_on(RadioLink(simulator.uri)) as station:
-            return [await station.set_parameter("way.height", value) for value in heights_m]
+            return [await station.set_parameter(f"way.{n}", value) for n, value in wanted.items()]
 
-    assert asyncio.run(work()) == pytest.approx(heights_m)
+    assert asyncio.run(work()) == pytest.approx(list(wanted.values()))
     assert simulator.stop()["datagrams_lost_down"] > 0
 
 

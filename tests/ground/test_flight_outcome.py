@@ -58,21 +58,13 @@ def test_events_decide_how_a_flight_ended(
     with_station(link, work)
 
 
-def say_later(link: FakeLink, *messages: Event | Telemetry | LinkChange) -> None:
-    """Deliver messages after the command was acknowledged."""
-    asyncio.get_running_loop().call_later(0.05, link.say, *messages)
-
-
 def test_what_was_heard_while_the_acknowledgement_was_lost_does_not_count() -> None:
     link = FakeLink()
     waiting = [telemetry(t, MissionState.IDLE) for t in range(0, 9000, 50)]
     there = [telemetry(t, MissionState.HOVER, 1.0, 2.0) for t in range(9000, 15000, 50)]
 
-    def answer(command: Command) -> None:
-        link.say(*waiting)
-        say_later(link, *there)
-
-    link.on_command = answer
+    link.on_command = lambda command: link.say(*waiting)
+    link.after = [*there]
 
     async def work(station: Station) -> None:
         assert (await fly(station, MissionCmd.GOTO, GOAL)).reached
@@ -96,7 +88,7 @@ def test_how_far_it_is_explored_may_be_heard_after_the_landing(
     end = event(EventCode.STATE, MissionState.IDLE)
     late = [] if argument is None else [event(EventCode.EXPLORED, argument)]
     landed = [telemetry(t, MissionState.IDLE) for t in range(1000, 7000, 50)]
-    link.on_command = lambda command: say_later(link, begun, end, *late, *landed)
+    link.after = [begun, end, *late, *landed]
 
     async def work(station: Station) -> None:
         outcome = await fly(station, MissionCmd.EXPLORE)
@@ -117,7 +109,7 @@ def test_who_is_lost_on_the_way_may_find_its_place_and_go_on(found: bool) -> Non
         down = [telemetry(t, MissionState.IDLE) for t in range(1000, 7000, 50)]
         return [lost, looks, event(EventCode.STATE, MissionState.LAND), *down]
 
-    link.on_command = lambda command: say_later(link, *flown())
+    link.after = flown()
 
     async def work(station: Station) -> None:
         assert (await fly(station, MissionCmd.GOTO, GOAL)).reached is found
@@ -129,7 +121,7 @@ def test_telemetry_decides_where_the_event_was_lost() -> None:
     link = FakeLink()
     flown = [telemetry(t, MissionState.FOLLOW) for t in range(0, 1000, 50)]
     there = [telemetry(t, MissionState.HOVER, 1.05, 1.95) for t in range(1000, 7000, 50)]
-    link.on_command = lambda command: say_later(link, *flown, *there)
+    link.after = [*flown, *there]
 
     async def work(station: Station) -> None:
         assert (await fly(station, MissionCmd.GOTO, GOAL)).reached
@@ -140,7 +132,7 @@ def test_telemetry_decides_where_the_event_was_lost() -> None:
 def test_one_look_at_the_end_of_a_take_off_is_enough() -> None:
     link = FakeLink()
     rising = [telemetry(t, MissionState.TAKEOFF) for t in range(50, 1000, 50)]
-    link.on_command = lambda command: say_later(link, *rising, telemetry(1000, MissionState.HOVER))
+    link.after = [*rising, telemetry(1000, MissionState.HOVER)]
 
     async def work(station: Station) -> None:
         assert (await fly(station, MissionCmd.TAKE_OFF)).reached
@@ -152,7 +144,7 @@ def test_a_rest_that_passes_is_no_arrival() -> None:
     link = FakeLink()
     there = [telemetry(t, MissionState.HOVER, 1.0, 2.0) for t in range(50, 4000, 50)]
     stuck = event(EventCode.FAULT, MissionReason.STUCK, drone_ms=4000)
-    link.on_command = lambda command: say_later(link, *there, stuck)
+    link.after = [*there, stuck]
 
     async def work(station: Station) -> None:
         assert (await fly(station, MissionCmd.GOTO, GOAL)).reason is MissionReason.STUCK
@@ -163,7 +155,7 @@ def test_a_rest_that_passes_is_no_arrival() -> None:
 def test_a_drone_that_begins_anew_does_not_go_on_with_its_flight() -> None:
     link = FakeLink()
     anew = LinkChange(LinkState.RESTARTED, "the drone was restarted")
-    link.on_command = lambda command: say_later(link, telemetry(50, MissionState.FOLLOW), anew)
+    link.after = [telemetry(50, MissionState.FOLLOW), anew]
     with pytest.raises(LinkLost, match="restarted"):
         with_station(link, lambda station: fly(station, MissionCmd.GOTO, GOAL))
 
@@ -171,7 +163,7 @@ def test_a_drone_that_begins_anew_does_not_go_on_with_its_flight() -> None:
 def test_hovering_elsewhere_is_not_arriving() -> None:
     link = FakeLink()
     elsewhere = [telemetry(t, MissionState.HOVER, 0.0, 2.0) for t in range(0, 7000, 50)]
-    link.on_command = lambda command: say_later(link, *elsewhere)
+    link.after = [*elsewhere]
 
     async def work(station: Station) -> None:
         assert not (await fly(station, MissionCmd.GOTO, GOAL)).reached

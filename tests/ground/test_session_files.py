@@ -104,8 +104,9 @@ def test_one_other_bit_is_noticed(flown: Flown, tmp_path: Path) -> None:
     for number, entry in enumerate(entries):
         data = entry.data
         if number - len(entries) // 2 in (0, 1):  # the app looks at every second
-            starts = range(4, len(data) - size - 1)
-            (at,) = (i + 1 for i in starts if data[i : i + size + 2 : size + 1] == b"sc")
+            starts = range(4, len(data) - size - 2)
+            marks = [(i + 1, data[i : i + size + 2 : size + 1], data[i + size + 2]) for i in starts]
+            (at,) = (at for at, letters, flag in marks if letters == b"sc" and flag < 2)
             data = data[:at] + struct.pack("<f", 9.0) + data[at + 4 :]  # x of the estimate
         copy.put(CALLS, data, number)
     copy.close()

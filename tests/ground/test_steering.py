@@ -18,13 +18,16 @@ def test_it_flies_by_hand_for_a_time_and_stands() -> None:
                 await drone.steer(ahead_mps=0.3)
             await drone.take_off()
             await drone.steer(seconds=1.0)
-            before = drone.pose
+            before, begin_ms = drone.pose, drone.picture.drone_ms
             await drone.steer(ahead_mps=0.4, seconds=1.5)
+            held_s = (drone.picture.drone_ms - begin_ms) / 1000  # with the rest at the end
             after, odometry = drone.pose, drone.picture.odometry
             assert before and after and odometry
             went = complex(after.x_m - before.x_m, after.y_m - before.y_m)
             ahead = complex(math.cos(before.yaw_rad), math.sin(before.yaw_rad))
-            assert abs(went - 0.6 * ahead) < 0.15
+            ahead_m, aside_m = (went / ahead).real, (went / ahead).imag
+            assert 0.45 < ahead_m < 0.4 * held_s
+            assert abs(aside_m) < 0.15
             assert math.hypot(odometry.vx_mps, odometry.vy_mps) < 0.12
             await drone.steer(climb_mps=0.3, seconds=1.5)
             assert drone.pose and drone.pose.z_m > after.z_m + 0.15

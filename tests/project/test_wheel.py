@@ -57,9 +57,12 @@ def test_without_a_compiler_it_says_what_to_install(lacking: str, tmp_path: Path
 
 
 def test_an_archive_of_the_sources_holds_all_that_is_compiled(tmp_path: Path) -> None:
+    for path in tracked():  # in a copy, since it is made beside the sources
+        (tmp_path / "tree" / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "tree" / path).write_bytes((ROOT / path).read_bytes())
     steps = ["-q", "egg_info", "--egg-base", str(tmp_path), "sdist", "--dist-dir", str(tmp_path)]
     command = [sys.executable, "-W", "ignore", "-c", BUILD, *steps]
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    subprocess.run(command, cwd=tmp_path / "tree", check=True, capture_output=True)
     (archive,) = tmp_path.glob("*.tar.gz")
     with tarfile.open(archive) as held:
         names = {Path(*Path(name).parts[1:]) for name in held.getnames()}

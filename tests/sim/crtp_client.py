@@ -16,6 +16,8 @@ from cflib.crazyflie.syncCrazyflie import SyncCrazyflie
 from cflib.crazyflie.syncLogger import SyncLogger
 
 PATIENCE_S = 20.0
+PATIENT = ("--silence", "60")
+"""For simulators whose clients may be slow: the firmware forgets them after a second."""
 PARAM_MISC = (2, 3)
 
 

@@ -17,7 +17,7 @@ from ground.sim.process import SimulatorProcess
 from ground.sim.runtime import Options, Simulator
 from ground.sim.world import load_world
 from ground.station.station import station_on
-from tests.sim.crtp_client import RawClient, packet
+from tests.sim.crtp_client import PATIENT, RawClient, packet
 
 BLOCKS = 4
 PERIOD_MS = 10
@@ -40,7 +40,7 @@ def log_stamps(client: RawClient, until_ms: int) -> dict[int, list[int]]:
 
 
 def test_a_client_that_does_not_read_for_a_while_loses_nothing() -> None:
-    with SimulatorProcess("--world", "empty", "--speed", "max") as simulator:
+    with SimulatorProcess("--world", "empty", "--speed", "max", *PATIENT) as simulator:
         with RawClient(simulator.uri) as client:
             battery, _ = client.toc(5)["pm.vbat"]
             client.fetch_params()

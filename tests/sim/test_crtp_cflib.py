@@ -17,9 +17,10 @@ from cflib.utils.multiranger import Multiranger
 from cflib.utils.reset_estimator import reset_estimator
 
 from ground.sim.process import SimulatorProcess
-from tests.sim.crtp_client import RawClient, connect, samples, wait_until
+from tests.sim.crtp_client import PATIENT, RawClient, connect, samples, wait_until
 
 SCANNED_PORT = 19857
+PERFECT = ("--world", "empty", "--profile", "perfect", *PATIENT)
 
 # cflib leaves the sockets of its scan, and of a link that failed, to the garbage collector.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
@@ -27,7 +28,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptio
 
 @pytest.fixture
 def simulator() -> Iterator[SimulatorProcess]:
-    with SimulatorProcess("--world", "empty", "--profile", "perfect") as running:
+    with SimulatorProcess(*PERFECT) as running:
         yield running
 
 
@@ -44,13 +45,24 @@ def cf(simulator: SimulatorProcess, tables: Path) -> Iterator[Crazyflie]:
 
 
 def states(cf: Crazyflie) -> list[str]:
-    """The supervisor's present state; cflib keeps an answer for a while."""
-    cf.supervisor._last_fetch_time = 0
-    return list(cf.supervisor.read_state_list())
+    """The supervisor's present state: cflib may give an old answer, or none that comes late."""
+    cf.supervisor._bitfield = None
+    while cf.supervisor._bitfield is None:
+        cf.supervisor._last_fetch_time = 0
+        found = list(cf.supervisor.read_state_list())
+    return found
 
 
 def height_m(cf: Crazyflie) -> float:
     return next(samples(cf, 10, ["stateEstimate.z"]))[1]["stateEstimate.z"]
+
+
+def x_m(cf: Crazyflie) -> float:
+    return next(samples(cf, 10, ["stateEstimate.x"]))[1]["stateEstimate.x"]
+
+
+def ended(cf: Crazyflie) -> bool:
+    return "Finished HL trajectory" in states(cf)
 
 
 def _front_m(ranger: Multiranger) -> float:
@@ -61,10 +73,12 @@ def _front_m(ranger: Multiranger) -> float:
 
 def test_scan_finds_it() -> None:
     cflib.crtp.init_drivers()
-    arguments = ("--world", "empty", "--profile", "perfect")
-    with SimulatorProcess(*arguments, port=SCANNED_PORT) as simulator:
-        found = [uri for uri, _ in cflib.crtp.scan_interfaces()]
-    assert simulator.uri in found
+
+    def found() -> bool:
+        return simulator.uri in [uri for uri, _ in cflib.crtp.scan_interfaces()]
+
+    with SimulatorProcess(*PERFECT, port=SCANNED_PORT) as simulator:
+        wait_until(found, "it answered within the tenth of a second that a scan listens")
 
 
 def test_parameters(cf: Crazyflie) -> None:
@@ -129,9 +143,10 @@ def test_motion_commander_takes_off_flies_and_lands(
         wait_until(lambda: abs(height_m(cf) - 0.4) < 0.1, "it hovers")
         assert "Is flying" in states(cf)
         front_m = _front_m(ranger)
-        commander.forward(0.5)
+        commander.start_forward()
+        wait_until(lambda: front_m - _front_m(ranger) > 0.4, "the wall is nearer")
+        commander.stop()
         assert "Is flying" in states(cf)
-        wait_until(lambda: abs(front_m - _front_m(ranger) - 0.5) < 0.15, "the wall is nearer")
     wait_until(lambda: "Is flying" not in states(cf), "it stood still for a while")
     assert "Is locked" not in states(cf)
     cf.close_link()
@@ -145,11 +160,9 @@ def test_high_level_commander_flies_and_lands(
 ) -> None:
     commander = cf.high_level_commander
     commander.takeoff(0.5, 1.5)
-    wait_until(lambda: "Finished HL trajectory" not in states(cf), "it took off")
-    wait_until(lambda: "Finished HL trajectory" in states(cf), "it was up")
+    wait_until(lambda: height_m(cf) > 0.4 and ended(cf), "it was up")
     commander.go_to(0.4, 0.2, 0.1, 0.5, 1.5, relative=True)
-    wait_until(lambda: "Finished HL trajectory" not in states(cf), "it went")
-    wait_until(lambda: "Finished HL trajectory" in states(cf), "it arrived")
+    wait_until(lambda: x_m(cf) > 0.3 and ended(cf), "it arrived")
     place = next(samples(cf, 10, ["stateEstimate.x", "stateEstimate.y", "stateEstimate.yaw"]))[1]
     assert place["stateEstimate.x"] == pytest.approx(0.4, abs=0.12)
     assert place["stateEstimate.y"] == pytest.approx(0.2, abs=0.12)
@@ -210,9 +223,8 @@ def test_emergency_stop_watchdog_must_be_fed(cf: Crazyflie) -> None:
 
 
 def test_arming_where_it_is_needed(tables: Path) -> None:
-    arguments = ("--world", "empty", "--profile", "perfect", "--needs-arming")
     with (
-        SimulatorProcess(*arguments) as simulator,
+        SimulatorProcess(*PERFECT, "--needs-arming") as simulator,
         connect(simulator.uri, tables) as cf,
     ):
         assert "Can be armed" in states(cf) and "Can fly" not in states(cf)

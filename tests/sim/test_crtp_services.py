@@ -11,7 +11,7 @@ from itertools import pairwise
 import pytest
 
 from ground.sim.process import SimulatorProcess
-from tests.sim.crtp_client import RawClient, wait_until
+from tests.sim.crtp_client import PATIENT, RawClient, wait_until
 
 PARAM, LOG, LINK, PLATFORM = 2, 5, 15, 13
 ENOENT, E2BIG, EEXIST, EACCES, EINVAL, EBUSY = 2, 7, 17, 13, 22, 16
@@ -20,7 +20,7 @@ UINT8, UINT16, UINT32, INT16, FLOAT, FP16 = 1, 2, 3, 5, 7, 8
 
 @pytest.fixture(scope="module")
 def simulator() -> Iterator[SimulatorProcess]:
-    with SimulatorProcess("--world", "empty", "--profile", "perfect") as running:
+    with SimulatorProcess("--world", "empty", "--profile", "perfect", *PATIENT) as running:
         yield running
 
 
@@ -195,14 +195,19 @@ def test_high_level_refusals(client: RawClient) -> None:
     assert client.ask(8, 0, never)[3] == EINVAL
 
 
-def test_a_silent_client_loses_its_log_blocks(simulator: SimulatorProcess) -> None:
-    with RawClient(simulator.uri) as client:
+def test_a_silent_client_loses_its_log_blocks() -> None:
+    def forgotten() -> bool:
+        time.sleep(1.5)
+        return client.ask(LOG, 1, b"\4\4") == bytes((4, 4, ENOENT))
+
+    with (
+        SimulatorProcess("--world", "empty", "--profile", "perfect") as simulator,
+        RawClient(simulator.uri) as client,
+    ):
         client.ask(LOG, 1, block_of(client, 4, [("pm.vbat", FLOAT)]))
         client.ask(LOG, 1, b"\3\4\2")
         client.receive(LOG, 2)
-        time.sleep(1.5)
-        # Everything sent before the silence was noticed is read, then nothing more may come.
-        wait_until(lambda: client.ask(LOG, 1, b"\4\4") == bytes((4, 4, ENOENT)), "it was forgotten")
+        wait_until(forgotten, "it was forgotten")
         assert client.ask(LOG, 1, b"\3\4\2") == bytes((3, 4, ENOENT))
 
 

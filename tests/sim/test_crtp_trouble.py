@@ -10,7 +10,7 @@ from random import Random
 from ground.sim.pace import Pace
 from ground.sim.process import SimulatorProcess
 from ground.sim.trouble import Trouble, TroubleSpec
-from tests.sim.crtp_client import RawClient, connect
+from tests.sim.crtp_client import PATIENT, RawClient, connect
 
 COUNT = 4000
 
@@ -39,7 +39,7 @@ def test_loss_duplication_and_reordering_have_the_given_rates() -> None:
 
 
 def test_clients_connect_whole_and_then_lose_datagrams_both_ways(tmp_path: Path) -> None:
-    arguments = ("--world", "empty", "--profile", "perfect", "--loss", "0.5")
+    arguments = ("--world", "empty", "--profile", "perfect", "--loss", "0.5", *PATIENT)
     with SimulatorProcess(*arguments) as simulator:
         with connect(simulator.uri, tmp_path) as cf:
             assert float(cf.param.get_value("way.height")) > 0

@@ -115,9 +115,9 @@ def test_each_answers_at_its_port_and_does_what_it_is_told() -> None:
         async with station_on(RadioLink(uri)) as station:
             await take_off(station)
 
-    with SimulatorProcess("--world", "empty", "--speed", "4", port=19854, drones=3) as simulator:
+    with SimulatorProcess("--world", "empty", "--speed", "4", port=19840, drones=3) as simulator:
         ports = [int(uri.rpartition(":")[2]) for uri in simulator.uris]
-        assert ports == [19854, 19855, 19856]
+        assert ports == [19840, 19841, 19842]
         asyncio.run(up(simulator.uris[1]))
         drones = simulator.stop()["drones"]
     heights = [drone["max_height_m"] for drone in drones]

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Browser, BrowserContext, Page, WebSocket, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, Page, WebSocket, expect, sync_playwright
 
 ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
 SCREENS = Path(__file__).resolve().parents[2] / "build" / "screens"
@@ -18,10 +18,11 @@ DESK = (1280, 800)
 PHONE = (390, 844)
 WAIT_MS = 120_000
 POLL_MS = 20
-REST_MS = 100
 CONNECTION_GONE = "ERR_CONNECTION_REFUSED"
 
 Frame = dict[str, Any]
+
+expect.set_options(timeout=WAIT_MS)
 
 
 @contextmanager
@@ -60,6 +61,8 @@ class Tab:
 
     def reload(self) -> Tab:
         """Reload as the user does, and wait until the drone is connected."""
+        self.socket = None
+        self.forget()
         self.page.reload()
         return self.ready()
 
@@ -68,8 +71,9 @@ class Tab:
         return self.until(lambda state: state["can"]["goto"])
 
     def until(self, condition: Callable[[Frame], object]) -> Tab:
-        """Wait for a state that meets a condition."""
-        return self.wait(lambda: bool(self.state) and condition(self.state))
+        """Wait until the latest state, or one that comes after it, has met a condition."""
+        first = max(0, len(self.states) - 1)
+        return self.wait(lambda: any(condition(state) for state in self.states[first:]))
 
     def wait(self, condition: Callable[[], object]) -> Tab:
         """Wait for it."""
@@ -80,13 +84,8 @@ class Tab:
         raise AssertionError(f"it did not happen; the last state: {self.state}")
 
     def rest(self) -> Tab:
-        """Wait until nothing glides on the map any more."""
-        drawn = "[wayflie.map.view.frames, wayflie.map.due]"
-        before, now = None, self.page.evaluate(drawn)
-        while now != before:
-            self.page.wait_for_timeout(REST_MS)
-            before, now = now, self.page.evaluate(drawn)
-        return self
+        """Wait until nothing on the map has to be drawn any more."""
+        return self.wait(lambda: not self.page.evaluate("wayflie.map.due"))
 
     def place(self, x_m: float, y_m: float) -> tuple[float, float]:
         """Where a map point is on the page, in CSS pixels."""
@@ -96,11 +95,12 @@ class Tab:
         return box["x"] + x_px, box["y"] + y_px
 
     def point_at(self, x_m: float, y_m: float) -> None:
-        """Move the mouse there; the map is not fitted anew while the mouse moves on it."""
-        before, place = None, self.place(x_m, y_m)
-        while before is None or math.dist(before, place) > 1.0:
+        """Move the mouse there; the map is not fitted anew until it moves again."""
+        place = (0.0, 0.0)
+        while math.dist(place, now := self.place(x_m, y_m)) > 1.0:
+            place = now
             self.page.mouse.move(*place)
-            before, place = place, self.place(x_m, y_m)
+            self.page.evaluate("wayflie.map.camera.touched(true)")  # as by a finger
 
     def click(self, x_m: float, y_m: float) -> None:
         """Click there with the mouse."""
@@ -125,6 +125,7 @@ class Tab:
     def forget(self) -> None:
         """Forget all messages so far."""
         self.state: Frame = {}
+        self.states.clear()
         self.trail: list[list[float]] = []
         self.events: list[Frame] = []
         self.map = b""

@@ -33,6 +33,7 @@ class Map(Tab):
         self.page.on("websocket", self._note)
         self.page.goto(ground.address)
         expect(self.page.locator("#state")).to_have_text("holding its place", timeout=WAIT_MS)
+        self.wait(lambda: self.ask("map.state?.trail.points.length") == 0)
         self.rest()
 
     def _note(self, socket: WebSocket) -> None:

@@ -13,7 +13,7 @@ from ground.model import Ack
 from ground.requests import REST, Outgoing, Steer, Stick
 from ground.station.station import station_on
 from ground.web.cockpit import Cockpit
-from ground.web.hand import DEAD_MAN_S, FASTEST, REST_S
+from ground.web.hand import DEAD_MAN_S, FASTEST, RESTS
 from ground.web.wishes import stick_of
 from tests.ground.fakelink import FakeLink
 
@@ -58,19 +58,16 @@ def test_a_page_that_falls_silent_has_let_go() -> None:
     async def work(cockpit: Cockpit) -> None:
         for _ in range(5):
             cockpit.steer("page", AHEAD)
+            assert cockpit.sticks.deflected
             last_s = time.monotonic()
             await asyncio.sleep(0.05)
-        assert cockpit.sticks.deflected
         await until(lambda: link.sticks[-1][1] == REST)
         assert not cockpit.sticks.deflected
         held_s = [at_s - last_s for at_s, stick in link.sticks if stick == AHEAD]
         assert len(held_s) > 1
         assert max(held_s) < DEAD_MAN_S + 0.1
-        count = 0
-        while count != len(link.sticks):
-            count = len(link.sticks)
-            await asyncio.sleep(2 * REST_S)
-        assert [stick for _, stick in link.sticks[-3:]] == [REST] * 3, "so that it stands"
+        await cockpit.sticks.closed()
+        assert [stick for _, stick in link.sticks[-RESTS - 1 :]] == [AHEAD] + [REST] * RESTS
 
     with_cockpit(link, work)
 

@@ -23,7 +23,7 @@ MOVED_M = 0.3
 @pytest.fixture(scope="module")
 def ground() -> Iterator[GroundProcess]:
     with (
-        SimulatorProcess("--world", "empty") as simulator,
+        SimulatorProcess("--world", "empty", "--endurance", "100000") as simulator,
         GroundProcess(simulator.uri) as ground,
     ):
         yield ground
@@ -49,30 +49,35 @@ def hand(tab: Tab) -> Tab:
     return hand
 
 
-def moves(tab: Tab, hand: Tab, key: str) -> None:
-    """Hold the key until the drone has moved this far."""
+def moves(tab: Tab, hand: Tab) -> str:
+    """Hold a key until the drone has moved this far, to and fro within the room. @return the key"""
     begin = tab.state["drone"]["pose"][:2]
+    key = "ArrowUp" if begin[0] < MOVED_M else "ArrowDown"
     hand.page.bring_to_front()
     hand.page.keyboard.down(key)
     tab.until(lambda state: math.dist(state["drone"]["pose"][:2], begin) > MOVED_M)
+    return key
 
 
 def stands(tab: Tab) -> None:
     """Check that it is let go, and stands soon after by the drone's own time."""
-    tab.until(lambda state: not state["mission"]["by_hand"])
-    let_go_s = max(s["drone"]["time_s"] for s in tab.states if s["mission"]["by_hand"])
-    from_s = let_go_s + BRAKES_WITHIN_S
-    tab.until(lambda state: state["drone"]["time_s"] > from_s + WATCHED_S)
-    after = [s["drone"]["pose"] for s in tab.states if s["drone"]["time_s"] >= from_s]
+
+    def from_s() -> float:
+        held = [state["mission"]["by_hand"] for state in tab.states]
+        let_go = tab.states[len(held) - held[::-1].index(True) :]
+        return BRAKES_WITHIN_S + (let_go[0]["drone"]["time_s"] if let_go else math.inf)
+
+    tab.wait(lambda: tab.state["drone"]["time_s"] > from_s() + WATCHED_S)
+    after = [s["drone"]["pose"] for s in tab.states if s["drone"]["time_s"] >= from_s()]
     assert max(math.dist(pose[:2], after[0][:2]) for pose in after) < STANDS_M
     assert tab.state["mission"]["state"] == "HOVER"
 
 
 def test_it_moves_while_a_key_is_held_and_stands_when_it_is_let_go(tab: Tab, hand: Tab) -> None:
     expect(hand.page.locator("#hand-hint")).to_contain_text("let go and it stands")
-    moves(tab, hand, "ArrowUp")
+    key = moves(tab, hand)
     hand.shot("by-hand")
-    hand.page.keyboard.up("ArrowUp")
+    hand.page.keyboard.up(key)
     stands(tab)
 
 
@@ -85,23 +90,23 @@ def test_it_climbs_while_its_key_is_held(tab: Tab, hand: Tab) -> None:
 
 
 def test_it_stands_when_the_page_is_closed(tab: Tab, hand: Tab) -> None:
-    moves(tab, hand, "ArrowDown")
+    moves(tab, hand)
     hand.page.close()
     stands(tab)
 
 
 def test_it_stands_when_the_page_hangs(tab: Tab, hand: Tab) -> None:
-    moves(tab, hand, "ArrowUp")
+    key = moves(tab, hand)
     debugger = hand.page.context.new_cdp_session(hand.page)
     debugger.send("Debugger.enable")
     debugger.send("Debugger.pause")
     stands(tab)
     debugger.send("Debugger.resume")
-    hand.page.keyboard.up("ArrowUp")
+    hand.page.keyboard.up(key)
 
 
 def test_it_stands_when_another_tab_is_looked_at(tab: Tab, hand: Tab) -> None:
-    moves(tab, hand, "ArrowDown")
+    key = moves(tab, hand)
     hand.page.evaluate(
         """() => {
           Object.defineProperty(document, "hidden", { value: true });
@@ -109,4 +114,4 @@ def test_it_stands_when_another_tab_is_looked_at(tab: Tab, hand: Tab) -> None:
         }"""
     )
     stands(tab)
-    hand.page.keyboard.up("ArrowDown")
+    hand.page.keyboard.up(key)

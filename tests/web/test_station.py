@@ -22,7 +22,7 @@ from ground.sim.process import SimulatorProcess
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 
 ARGUMENTS = ("--world", "empty", "--speed", "3")
-SCANNED_PORT = 19856
+SCANNED_PORT = 19855
 
 Frame = dict[str, Any]
 

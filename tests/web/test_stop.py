@@ -18,6 +18,7 @@ def test_a_stop_pressed_without_a_ground_station_goes_out_when_it_is_back(
         tab.until(lambda state: not state["stop"]["latched"])
         expect(page.locator("#unreachable")).to_be_hidden()
         ground.kill()
+        expect(page.locator("#unreachable")).to_be_visible()
         expect(page.locator("#unreachable")).to_contain_text("cannot reach the ground station")
         page.keyboard.press("Space")
         told = page.locator("#latched-text")

@@ -30,6 +30,7 @@ from cflib.crtp.crtpstack import CRTPPacket
 from cflib.crtp.serialdriver import SerialDriver
 
 from ground.errors import BadUri, LinkUnavailable
+from ground.link.uri import SCAN_PROBE, SCANNED_PORTS
 
 log = logging.getLogger(__name__)
 
@@ -43,8 +44,6 @@ FORMS = {
 SYNC_S = 2.0
 CLEAR_S = 1.0
 SCAN_S = 1.0
-SCANNED_PORTS = range(19850, 19860)  # of udp://, as in cflib
-SCAN_PROBE = b"\xff"
 SYNC = b"\xff\x00"
 
 

@@ -8,7 +8,6 @@ from typing import Any, Final, NamedTuple
 MAX_DATA_BYTES = 30
 LARGEST = 1e6
 PROTOCOL_VERSION = 12
-SCAN_PROBE = b"\xff"
 _RESERVED_BITS = 0x0C
 
 

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from random import Random
 
+from ground.link.uri import SCAN_PROBE
 from ground.link.wire import decode_message
 from ground.model import Beat
 from ground.sim.crazyflie import Crazyflie, Session
-from ground.sim.crtp import APP, SCAN_PROBE, BadPacket, Port
+from ground.sim.crtp import APP, BadPacket, Port
 from ground.sim.trouble import Trouble, TroubleSpec
 
 Address = tuple[str, int]

@@ -4,6 +4,7 @@
 import asyncio
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -18,8 +19,10 @@ from typer.testing import CliRunner
 from ground.cli.app import app
 from ground.core import MissionCmd, MissionState
 from ground.errors import LinkLost, LinkUnavailable
+from ground.link.drivers import scan
 from ground.link.kept import KeptLink
 from ground.link.radio import RadioLink
+from ground.link.uri import SCANNED_PORTS
 from ground.model import LinkState, Point
 from ground.sim.process import SimulatorProcess
 from ground.station.flight import fly
@@ -159,6 +162,22 @@ def test_a_serial_line_with_nobody_at_its_end_is_told() -> None:
         asyncio.run(RadioLink(f"serial://{path}").open())
     os.close(master)
     os.close(slave)
+
+
+def test_a_scan_finds_who_answers_late() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as late:
+        late.bind(("127.0.0.1", SCANNED_PORTS[-1]))
+
+        def answer() -> None:
+            probe, asker = late.recvfrom(64)
+            time.sleep(0.3)
+            late.sendto(probe, asker)
+
+        busy = threading.Thread(target=answer)
+        busy.start()
+        found = scan()
+        busy.join()
+    assert f"udp://127.0.0.1:{SCANNED_PORTS[-1]}" in found
 
 
 @ONCE

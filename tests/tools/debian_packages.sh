@@ -45,7 +45,7 @@ if [ ${#missing[@]} -gt 0 ]; then
     exit 1
   fi
   apt-get -o Acquire::Retries=5 -qq update
-  DEBIAN_FRONTEND=noninteractive apt-get -o Acquire::Retries=5 -qq install \
+  DEBIAN_FRONTEND=noninteractive apt-get -o Acquire::Retries=5 -o DPkg::Lock::Timeout=300 -qq install \
     --yes --no-install-recommends "${missing[@]}" >/dev/null
 fi
 python3 -c 'import sys

@@ -69,12 +69,18 @@ def test_silence_is_survived_with_mission_and_map() -> None:
         asyncio.run(work(simulator))
 
 
+async def grown_old(station: Station) -> None:
+    """Fly until the drone is older than a restarted one can be when it is found."""
+    await take_off(station)
+    await until(lambda: station.picture.drone_ms > 20_000)
+
+
 @ONCE
 def test_a_drone_that_comes_back_anew_is_known_as_such() -> None:
     async def work(simulator: SimulatorProcess) -> None:
         port = int(simulator.uri.rpartition(":")[2])
         async with station_on(KeptLink(lambda: RadioLink(simulator.uri))) as station:
-            await take_off(station)
+            await grown_old(station)
             flight = asyncio.create_task(fly(station, MissionCmd.GOTO, Point(1.0, 0.5)))
             await until(lambda: station.picture.state is MissionState.FOLLOW)
             threads = threading.active_count()
@@ -87,7 +93,7 @@ def test_a_drone_that_comes_back_anew_is_known_as_such() -> None:
                     assert station.picture.state is MissionState.IDLE
                     assert station.picture.map.known_cells == 0
                     assert not station.picture.trail
-                    await take_off(station)
+                    await grown_old(station)
                     reborn.kill()
             with pytest.raises(LinkLost, match="restarted"):
                 await flight

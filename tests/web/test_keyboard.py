@@ -10,6 +10,8 @@ from playwright.sync_api import Browser, Page
 from ground.sim.process import SimulatorProcess
 from tests.web.browsing import DESK, PHONE, Frame, tab_at
 from tests.web.grounds import GroundProcess
+from tests.web.mapped import hovering
+from tests.web.threaded import Ground
 
 RING_PX = 2
 THERE_M = 0.3
@@ -63,19 +65,30 @@ def tab_to(page: Page, name: str) -> None:
     raise AssertionError(f"Tab does not reach {name}")
 
 
-@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
-def test_all_is_reached_and_seen_and_flown(browser: Browser, size: tuple[int, int]) -> None:
+SIZES = pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+
+
+@SIZES
+def test_all_is_reached_and_seen(browser: Browser, size: tuple[int, int]) -> None:
+    ground = Ground()
+    with ground.running(), tab_at(browser, ground.address, size) as tab:
+        ground.call(lambda: ground.link.say(hovering(0.5, -0.25)))
+        page = tab.open().page
+        seen = tab_through(page)
+        assert len(seen) > 5
+        assert [one["name"] for one in seen if one["ring_px"] < RING_PX] == []
+        assert [one["name"] for one in seen if not one["on_screen"]] == []
+        assert page.evaluate(WITHOUT_FOCUS_YET) == []
+
+
+@SIZES
+def test_a_goal_is_chosen_and_flown_to(browser: Browser, size: tuple[int, int]) -> None:
     with (
         SimulatorProcess("--world", "empty", "--speed", "4") as simulator,
         GroundProcess(simulator.uri) as ground,
         tab_at(browser, ground.address, size) as tab,
     ):
         page, keyboard = tab.open().page, tab.page.keyboard
-        seen = tab_through(page)
-        assert len(seen) > 5
-        assert [one["name"] for one in seen if one["ring_px"] < RING_PX] == []
-        assert [one["name"] for one in seen if not one["on_screen"]] == []
-        assert page.evaluate(WITHOUT_FOCUS_YET) == []
         tab_to(page, "Take off")
         tab.shot(f"focus-{size[0]}")
         keyboard.press("Enter")

@@ -44,9 +44,10 @@ if [ ${#missing[@]} -gt 0 ]; then
     echo "missing: ${missing[*]} (Debian: sudo apt install ${missing[*]})" >&2
     exit 1
   fi
-  apt-get -o Acquire::Retries=5 -qq update
-  DEBIAN_FRONTEND=noninteractive apt-get -o Acquire::Retries=5 -o DPkg::Lock::Timeout=300 -qq install \
-    --yes --no-install-recommends "${missing[@]}" >/dev/null
+  get=(apt-get -qq -o Acquire::Retries=5 -o DPkg::Lock::Timeout=300)
+  "${get[@]}" update
+  DEBIAN_FRONTEND=noninteractive "${get[@]}" install --yes --no-install-recommends \
+    "${missing[@]}" >/dev/null
 fi
 python3 -c 'import sys
 sys.exit(sys.version_info < (3, 11) and f"python3 is {sys.version.split()[0]}: 3.11 is needed")'

@@ -104,9 +104,13 @@ class NativeStatistics(dict[str, float]):
 
 
 def init_drivers() -> None:
-    """Set up cflib's drivers; needed before any link is opened, and done only once."""
-    if cflib.crtp.CLASSES:
+    """Set up cflib's drivers; needed before any link is opened, and done only once.
+
+    Replaces what cflib's own init_drivers() has set up before, which leaves out serial lines.
+    """
+    if AnySerialDriver in cflib.crtp.CLASSES:
         return
+    cflib.crtp.CLASSES.clear()
     for module in (
         cflib.cpx,
         cflib.cpx.transports,
@@ -145,7 +149,7 @@ def scan() -> list[str]:
     """URIs of all drones that answer by radio, USB or UDP, and of all serial devices."""
     init_drivers()
     found: list[str] = []
-    for driver in list(cflib.crtp.CLASSES):
+    for driver in dict.fromkeys(cflib.crtp.CLASSES):  # some may be set up more than once
         try:
             udp = driver is cflib.crtp.udpdriver.UdpDriver
             found += _scan_udp() if udp else [uri for uri, *_ in driver().scan_interface(None)]

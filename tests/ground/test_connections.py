@@ -13,13 +13,14 @@ import tty
 from collections.abc import Callable
 from pathlib import Path
 
+import cflib.crtp
 import pytest
 from typer.testing import CliRunner
 
 from ground.cli.app import app
 from ground.core import MissionCmd, MissionState
 from ground.errors import LinkLost, LinkUnavailable
-from ground.link.drivers import scan
+from ground.link.drivers import AnySerialDriver, init_drivers, scan
 from ground.link.kept import KeptLink
 from ground.link.radio import RadioLink
 from ground.link.uri import SCANNED_PORTS
@@ -168,6 +169,17 @@ def test_a_serial_line_with_nobody_at_its_end_is_told() -> None:
         asyncio.run(RadioLink(f"serial://{path}").open())
     os.close(master)
     os.close(slave)
+
+
+def test_who_has_set_up_cflib_before_still_has_serial_lines(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cflib.crtp, "CLASSES", [])
+    cflib.crtp.init_drivers()
+    for _ in range(2):
+        init_drivers()
+    assert AnySerialDriver in cflib.crtp.CLASSES
+    assert len(set(cflib.crtp.CLASSES)) == len(cflib.crtp.CLASSES)
 
 
 def test_a_scan_finds_who_answers_late() -> None:

@@ -14,6 +14,8 @@ from ground.sim.process import SimulatorProcess
 from tests.web.browsing import Tab, tab_at
 from tests.web.grounds import GroundProcess
 
+ARGUMENTS = ("--world", "empty", "--endurance", "100000", "--profile", "perfect")
+"""Without drift, which is a matter of its own: a drone flown by hand is held by its flow alone."""
 BRAKES_WITHIN_S = 0.5
 WATCHED_S = 1.0
 STANDS_M = 0.05
@@ -23,7 +25,7 @@ MOVED_M = 0.3
 @pytest.fixture(scope="module")
 def ground() -> Iterator[GroundProcess]:
     with (
-        SimulatorProcess("--world", "empty", "--endurance", "100000") as simulator,
+        SimulatorProcess(*ARGUMENTS) as simulator,
         GroundProcess(simulator.uri) as ground,
     ):
         yield ground
@@ -37,7 +39,7 @@ def tab(browser: Browser, ground: GroundProcess) -> Iterator[Tab]:
         tab.open()
         if tab.state["can"]["take_off"]:
             tab.press("Take off")
-        tab.until(lambda state: state["can"]["manual"])
+        tab.until(lambda state: state["mission"]["state"] == "HOVER")
         yield tab
 
 
@@ -50,9 +52,10 @@ def hand(tab: Tab) -> Tab:
 
 
 def moves(tab: Tab, hand: Tab) -> str:
-    """Hold a key until the drone has moved this far, to and fro within the room. @return the key"""
-    begin = tab.state["drone"]["pose"][:2]
-    key = "ArrowUp" if begin[0] < MOVED_M else "ArrowDown"
+    """Hold a key until the drone has moved this far, back over its start. @return the key"""
+    x_m, y_m, _, yaw_rad = tab.state["drone"]["pose"]
+    begin, ahead_m = (x_m, y_m), x_m * math.cos(yaw_rad) + y_m * math.sin(yaw_rad)
+    key = "ArrowUp" if ahead_m < MOVED_M / 2 else "ArrowDown"
     hand.page.bring_to_front()
     hand.page.keyboard.down(key)
     tab.until(lambda state: math.dist(state["drone"]["pose"][:2], begin) > MOVED_M)

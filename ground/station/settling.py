@@ -9,14 +9,13 @@ import time
 from collections.abc import Callable
 
 from ground.core import MissionCmd, MissionReason
-from ground.model import Health, Odometry, Point, Ranges, Telemetry
+from ground.model import Point
 from ground.station.flight import Outcome, fly
 from ground.station.station import Station
 
 SETTLING_S = 15.0
 READY_S = 3.0
 BEGINNING_S = 5.0
-MEASURED = (Telemetry, Health, Odometry, Ranges)
 SETTLING_RETRY_S = 0.2
 
 
@@ -50,7 +49,7 @@ async def _begun(station: Station) -> None:
 
     A drone that does not send all of them is waited for no longer than BEGINNING_S.
     """
-    with contextlib.suppress(TimeoutError), station.listen(*MEASURED) as listener:
+    with contextlib.suppress(TimeoutError), station.listen() as listener:
         async with asyncio.timeout(BEGINNING_S):
             while not station.picture.begun:
                 await listener.next()

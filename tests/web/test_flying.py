@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from ground.sim.process import SimulatorProcess
-from tests.web.browsing import Frame, Tab, browsing, tab_at
+from tests.web.browsing import Frame, Tab, away_m, browsing, tab_at
 from tests.web.grounds import GroundProcess
 
 HOME = (0.0, 0.0)
@@ -35,10 +35,6 @@ def ground(simulator: SimulatorProcess) -> Iterator[GroundProcess]:
 def tab(browser: Browser, ground: GroundProcess) -> Iterator[Tab]:
     with tab_at(browser, ground.address) as tab:
         yield tab.open()
-
-
-def away_m(state: Frame, place: tuple[float, float]) -> float:
-    return math.dist(state["drone"]["pose"][:2], place)
 
 
 def at_rest(tab: Tab) -> Tab:

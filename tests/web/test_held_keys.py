@@ -71,7 +71,8 @@ def stands(tab: Tab) -> None:
         return BRAKES_WITHIN_S + (let_go[0]["drone"]["time_s"] if let_go else math.inf)
 
     tab.wait(lambda: tab.state["drone"]["time_s"] > from_s() + WATCHED_S)
-    after = [s["drone"]["pose"] for s in tab.states if s["drone"]["time_s"] >= from_s()]
+    since_s = from_s()
+    after = [s["drone"]["pose"] for s in tab.states if s["drone"]["time_s"] >= since_s]
     assert max(math.dist(pose[:2], after[0][:2]) for pose in after) < STANDS_M
     assert tab.state["mission"]["state"] == "HOVER"
 

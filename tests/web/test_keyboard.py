@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """By keyboard alone: every control is reachable, focus is visible, a flight is flown."""
 
-import math
 from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page
 
 from ground.sim.process import SimulatorProcess
-from tests.web.browsing import DESK, PHONE, Frame, tab_at
+from tests.web.browsing import DESK, PHONE, away_m, tab_at
 from tests.web.grounds import GroundProcess
 from tests.web.mapped import hovering
 from tests.web.threaded import Ground
@@ -38,10 +37,6 @@ FOCUSED = """() => {
     on_screen: bottom > 0 && top < innerHeight,
   };
 }"""
-
-
-def away_m(state: Frame, place: list[float]) -> float:
-    return math.dist(state["drone"]["pose"][:2], place)
 
 
 def tab_through(page: Page) -> list[dict[str, Any]]:
